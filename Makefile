@@ -1,0 +1,33 @@
+# make run   a live cloth; SCENE=config/… picks another scene
+# make test  ruff, mypy and pytest
+# Both make the environment in .venv first, once.
+
+SCENE ?= config/gust.yaml
+VENV := .venv
+
+# Where ROS 2 is sourced, its own rclpy is used; elsewhere the wheels of ROS 2 Jazzy.
+ifneq ($(and $(ROS_DISTRO),$(AMENT_PREFIX_PATH)),)
+ROS := sourced
+else
+ROS := wheels
+endif
+
+.PHONY: run test pictures clean
+
+run: $(VENV)/.ready-run-$(ROS)
+	@tools/run.sh $(VENV) $(SCENE)
+
+test: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+	$(VENV)/bin/python -m pytest $(PYTEST_ARGS)
+
+pictures: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/python -m tools.pictures docs/pictures
+
+$(VENV)/.ready-%: setup.py tools/environment.sh
+	@tools/environment.sh $(VENV) $*
+
+clean:
+	rm -rf $(VENV) build install log

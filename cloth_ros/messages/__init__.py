@@ -1,0 +1,1 @@
+"""Messages made from arrays, without a Python object for each point."""

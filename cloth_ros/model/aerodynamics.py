@@ -1,0 +1,158 @@
+"""
+Wind on the triangles of a sheet.
+
+A triangle of area A and unit normal n feels, in air of density ρ that moves relative to it at u,
+
+    F = ½ ρ C A |u| (u · n) n,
+
+the normal force of a flat plate, which grows with the sine of its incidence (S. F. Hoerner,
+"Fluid-Dynamic Drag", 1965, chapter 3) and is the usual drag where the triangle faces the wind.
+Each corner takes a third, with u at its own velocity.  The air so acts on one particle at a time:
+
+    m dv/dt = ½ ρ C |u| M u,   u = wind − v,   M = Σ (A/3) n nᵀ over its triangles,
+
+and the step takes u on the right at the end of the step, with |u| and M at its start: a symmetric
+positive 3 × 3 system for each particle, stable in any wind with any step, and exact for the
+terminal velocity, where air, gravity, springs and drag are in balance.
+
+Each quad of the grid is two triangles, parted by the diagonal from (row, column + 1) to
+(row + 1, column).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .compile import inlined, kernel
+from .lattice import GHOST_DISTANCE_SQUARED, Array, Lattice
+from .scene import Scene
+from .state import State
+
+_DEGENERATE = 1e-30  # m⁴, squared area below which a triangle has no normal
+
+
+@inlined
+def _half_edge(position, p, q, ghost):  # type: ignore[no-untyped-def]
+    """Return q − p, or zero if one of the two is a ghost."""
+    dx = position[0, q] - position[0, p]
+    dy = position[1, q] - position[1, p]
+    dz = position[2, q] - position[2, p]
+    if dx * dx + dy * dy + dz * dz > ghost:
+        dx, dy, dz = dx - dx, dy - dy, dz - dz
+    return dx, dy, dz
+
+
+@inlined
+def _facet(ax, ay, az, bx, by, bz, half, degenerate):  # type: ignore[no-untyped-def]
+    """Return s with s sᵀ = A n nᵀ for the triangle between the edges a and b."""
+    nx = half * (ay * bz - az * by)
+    ny = half * (az * bx - ax * bz)
+    nz = half * (ax * by - ay * bx)
+    root = np.sqrt(np.sqrt(max(nx * nx + ny * ny + nz * nz, degenerate)))
+    return nx / root, ny / root, nz / root
+
+
+@kernel
+def _facets(position, out, begin, end, stride, ghost, degenerate):  # type: ignore[no-untyped-def]
+    """Write the s of both triangles of the quad that begins at each particle."""
+    one = np.uint64(1)
+    row = np.uint64(stride)
+    half = position.dtype.type(0.5)
+    for i in range(np.uint64(begin), np.uint64(end)):
+        ax, ay, az = _half_edge(position, i, i + one, ghost)
+        bx, by, bz = _half_edge(position, i, i + row, ghost)
+        cx, cy, cz = _half_edge(position, i + row + one, i + row, ghost)
+        dx, dy, dz = _half_edge(position, i + row + one, i + one, ghost)
+        out[0, i], out[1, i], out[2, i] = _facet(ax, ay, az, bx, by, bz, half, degenerate)
+        out[3, i], out[4, i], out[5, i] = _facet(cx, cy, cz, dx, dy, dz, half, degenerate)
+
+
+@inlined
+def _add_outer(xx, xy, xz, yy, yz, zz, facets, first, i):  # type: ignore[no-untyped-def]
+    x, y, z = facets[first, i], facets[first + 1, i], facets[first + 2, i]
+    return xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
+
+
+@kernel
+def _kick(  # type: ignore[no-untyped-def]
+    velocity, acceleration, free, facets, begin, end, stride, decay, gain, wind, coefficient
+):
+    one = np.uint64(1)
+    row = np.uint64(stride)
+    wx, wy, wz = wind[0], wind[1], wind[2]
+    zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
+    for i in range(np.uint64(begin), np.uint64(end)):
+        # The six triangles around the particle.
+        xx, xy, xz, yy, yz, zz = zero, zero, zero, zero, zero, zero
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i)
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - one)
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - one)
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - row)
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row)
+        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row - one)
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        ux, uy, uz = u - wx, v - wy, w - wz
+        rate = gain * coefficient * np.sqrt(ux * ux + uy * uy + uz * uz)
+        # (I + rate M) y = r for the new velocity relative to the air, by L D Lᵀ; the
+        # pivots cannot be below 1, whatever the rounding.
+        rx = decay * u + gain * acceleration[0, i] - wx
+        ry = decay * v + gain * acceleration[1, i] - wy
+        rz = decay * w + gain * acceleration[2, i] - wz
+        d1 = unit + rate * xx
+        l21 = rate * xy / d1
+        l31 = rate * xz / d1
+        d2 = max(unit + rate * yy - l21 * rate * xy, unit)
+        l32 = (rate * yz - l31 * rate * xy) / d2
+        d3 = max(unit + rate * zz - l31 * rate * xz - l32 * l32 * d2, unit)
+        ry = ry - l21 * rx
+        rz = rz - l31 * rx - l32 * ry
+        z = rz / d3
+        y = ry / d2 - l32 * z
+        x = rx / d1 - l21 * y - l31 * z
+        velocity[0, i] = free[i] * (wx + x)
+        velocity[1, i] = free[i] * (wy + y)
+        velocity[2, i] = free[i] * (wz + z)
+
+
+class Aerodynamics:
+    """What the air does to the velocities."""
+
+    def __init__(self, scene: Scene, lattice: Lattice, dtype: Any) -> None:
+        number = np.dtype(dtype).type
+        self._range = (lattice.begin, lattice.end, lattice.stride)
+        self._facets = lattice.field(dtype, components=6)
+        self._bounds = (number(GHOST_DISTANCE_SQUARED), number(_DEGENERATE))
+        wind = scene.wind
+        # Half, and a third of each triangle's area for each corner.
+        self._coefficient = number(
+            wind.air_density * wind.drag_coefficient / 6 / scene.sheet.particle_mass
+        )
+
+    def kick(self, state: State, decay: float, gain: float, wind: Array) -> None:
+        """
+        Change the velocities by the air and by the accelerations in `state` at once.
+
+        Arguments
+        ---------
+        state
+            Its velocities become ``decay * velocity + gain * (acceleration + air)``.
+        decay, gain
+            Of the step, 1 and s.
+        wind
+            Velocity of the air, m/s, shape (3,).
+
+        """
+        _facets(state.position, self._facets, *self._range, *self._bounds)
+        _kick(
+            state.velocity,
+            state.acceleration,
+            state.free,
+            self._facets,
+            *self._range,
+            state.dtype(decay),
+            state.dtype(gain),
+            wind.astype(state.dtype),
+            self._coefficient,
+        )

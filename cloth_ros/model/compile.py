@@ -1,0 +1,58 @@
+"""How kernels are compiled: one place for the options that all of them share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numba
+
+# Reassociation lets sums vectorise; reciprocals and square roots may be estimated and refined.
+# NaN and infinity keep their meaning ('nnan' and 'ninf' are left out), so that a state that is
+# not finite shows as such.
+_RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
+
+_Function = TypeVar('_Function', bound=Callable[..., Any])
+
+
+def kernel(function: _Function) -> _Function:
+    """
+    Compile a vectorising kernel.
+
+    Loops index with `numpy.uint64`: for signed indices the compiler must allow for Python's
+    negative ones, and the wrap-around keeps a loop scalar.
+    """
+    compiled: _Function = numba.njit(
+        fastmath=_RELAXED, error_model='numpy', cache=True, nogil=True
+    )(function)
+    return compiled
+
+
+def inlined(function: _Function) -> _Function:
+    """
+    Compile a part of a kernel that is always inlined.
+
+    A call that the compiler decides to leave standing keeps the loop around it scalar.
+    """
+    compiled: _Function = numba.njit(
+        fastmath=_RELAXED, error_model='numpy', cache=True, forceinline=True
+    )(function)
+    return compiled
+
+
+def exact(function: _Function) -> _Function:
+    """Compile a kernel with IEEE arithmetic, where decisions hang on the last bits."""
+    compiled: _Function = numba.njit(error_model='numpy', cache=True, nogil=True)(function)
+    return compiled
+
+
+def reduction(function: _Function) -> _Function:
+    """
+    Compile a kernel of least and greatest values.
+
+    Without 'nnan' these stay scalar, for NaN would have to be carried along.
+    """
+    compiled: _Function = numba.njit(
+        fastmath=True, error_model='numpy', cache=True, nogil=True
+    )(function)
+    return compiled

@@ -1,0 +1,262 @@
+"""
+Continuous contact between the sheet and a moving sphere.
+
+The sphere is swept through each substep together with the cloth.  Three stages, each only as
+wide as it must be:
+
+1. While the sphere is too far from the sheet to reach it at present speeds, a clearance is
+   counted down and nothing else is done.
+2. `find_cells` finds the cells of the grid whose swept bounds meet the swept sphere.
+3. `sweep` moves the particles of these cells and the sphere together through the substep, in
+   strides short enough that no triangle can get from one side of the sphere to the other.
+
+Every cell is taken as four triangles, both diagonals: the contact has no preferred direction, and
+holds for whatever triangles a user draws.  A row of particles is a row of segments, and a single
+particle a point.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .compile import exact, kernel, reduction
+from .lattice import Array, Lattice
+from .scene import Sphere
+from .state import State
+from .sweep import sweep
+
+# Depth that is left uncorrected, as a share of the radius and in m.
+_TOLERANCE_SHARE = 0.01
+_TOLERANCE = 1e-4
+
+
+@reduction
+def _greatest_speed_squared(velocity, size):  # type: ignore[no-untyped-def]
+    greatest = velocity.dtype.type(0)
+    for i in range(np.uint64(size)):
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        greatest = max(greatest, u * u + v * v + w * w)
+    return greatest
+
+
+@reduction
+def _row_bounds(position, velocity, first, columns, h, out):  # type: ignore[no-untyped-def]
+    """Write the bounds of a row over the substep that has just ended, and its speed squared."""
+    for axis in range(3):
+        low, high = position[axis, first], position[axis, first]
+        for i in range(np.uint64(first), np.uint64(first + columns)):
+            after = position[axis, i]
+            before = after - h * velocity[axis, i]
+            low = min(low, min(before, after))
+            high = max(high, max(before, after))
+        out[axis], out[3 + axis] = low, high
+    greatest = velocity.dtype.type(0)
+    for i in range(np.uint64(first), np.uint64(first + columns)):
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        greatest = max(greatest, u * u + v * v + w * w)
+    out[6] = greatest
+
+
+@exact
+def _distance(bounds, low, high):  # type: ignore[no-untyped-def]
+    """Return the distance between two boxes; `bounds` is one, low x y z, then high x y z."""
+    total = 0.0
+    for axis in range(3):
+        apart = max(bounds[axis] - high[axis], low[axis] - bounds[3 + axis], 0.0)
+        total += apart * apart
+    return np.sqrt(total)
+
+
+@exact
+def find_cells(  # type: ignore[no-untyped-def]
+    position, velocity, begin, stride, rows, columns, h, low, high, radius, sphere_speed, cells
+):
+    """
+    Find the cells that may touch the sphere in the substep of `h` s that has just ended.
+
+    Arguments
+    ---------
+    position, velocity
+        Flat arrays after the substep.
+    low, high
+        Bounds of the path of the sphere's centre, m, shape (3,).
+    radius, sphere_speed
+        m and m/s.
+    cells
+        Receives row × columns + column of each cell found.
+
+    Returns
+    -------
+    (int, float)
+        Number of cells found, and the least distance from the sphere to any row, m.
+
+    """
+    down, across = min(rows - 1, 1), min(columns - 1, 1)
+    bounds = np.empty((2, 7))
+    single = np.empty(7, position.dtype)
+    merged, box = np.empty(7), np.empty(6)
+    count, clearance = 0, np.inf
+    _row_bounds(position, velocity, begin, columns, h, single)
+    bounds[0] = single
+    for row in range(max(rows - 1, 1)):
+        upper, lower = row % 2, (row + down) % 2
+        _row_bounds(position, velocity, begin + (row + down) * stride, columns, h, single)
+        bounds[lower] = single
+        for axis in range(3):
+            merged[axis] = min(bounds[upper, axis], bounds[lower, axis])
+            merged[3 + axis] = max(bounds[upper, 3 + axis], bounds[lower, 3 + axis])
+        # What is pushed in the sweep may leave its bounds by as much as it moves.
+        speed = np.sqrt(max(bounds[upper, 6], bounds[lower, 6])) + sphere_speed
+        reach = radius + h * speed
+        distance = _distance(merged, low, high)
+        clearance = min(clearance, distance - reach)
+        if distance > reach:
+            continue
+        for column in range(max(columns - 1, 1)):
+            i = begin + row * stride + column
+            for axis in range(3):
+                box[axis], box[3 + axis] = np.inf, -np.inf
+                for j in (i, i + across, i + down * stride, i + down * stride + across):
+                    after = np.float64(position[axis, j])
+                    before = after - h * np.float64(velocity[axis, j])
+                    box[axis] = min(box[axis], before, after)
+                    box[3 + axis] = max(box[3 + axis], before, after)
+            if _distance(box, low, high) <= reach:
+                cells[count] = row * columns + column
+                count += 1
+    return count, clearance
+
+
+@exact
+def gather(cells, count, begin, stride, rows, columns, particles, local):  # type: ignore[no-untyped-def]
+    """
+    List the particles and the triangles of the found cells.
+
+    Arguments
+    ---------
+    cells, count
+        From `find_cells`.
+    particles
+        Receives the flat index of each particle once.
+    local
+        Scratch, shape (size,), all -1 before and after.
+
+    Returns
+    -------
+    (int, array of int32, shape (triangles, 3))
+        Number of particles, and the corners of the triangles as indices into them.
+
+    """
+    down, across = min(rows - 1, 1), min(columns - 1, 1)
+    whole = down + across == 2
+    triangles = np.empty((count * (4 if whole else 1), 3), np.int32)
+    number = 0
+    corner = np.empty(4, np.int32)
+    for n in range(count):
+        i = begin + cells[n] // columns * stride + cells[n] % columns
+        for k in range(4):
+            j = i + (k // 2) * down * stride + (k % 2) * across
+            if local[j] < 0:
+                local[j] = number
+                particles[number] = j
+                number += 1
+            corner[k] = local[j]
+        if whole:
+            for k in range(4):  # each triangle leaves out one corner
+                triangles[4 * n + k, 0] = corner[(k + 1) % 4]
+                triangles[4 * n + k, 1] = corner[(k + 2) % 4]
+                triangles[4 * n + k, 2] = corner[(k + 3) % 4]
+        else:
+            triangles[n, 0] = corner[0]
+            triangles[n, 1] = corner[3]
+            triangles[n, 2] = corner[3]
+    for n in range(number):
+        local[particles[n]] = -1
+    return number, triangles
+
+
+class SphereContact:
+    """
+    The sphere of a scene and its contact with the sheet.
+
+    Attributes
+    ----------
+    centre, velocity
+        Of the sphere, m from the centre of the undeformed sheet and m/s, shape (3,).
+    deepest
+        Greatest depth, m, of a triangle in the sphere at the end of the last `resolve` that
+        found contact; not above the tolerance unless pins hold the sheet in the sphere.
+
+    """
+
+    def __init__(self, sphere: Sphere, lattice: Lattice, centre: Array) -> None:
+        self.centre = centre
+        self.velocity = np.zeros(3)
+        self.deepest = 0.0
+        self._lattice = lattice
+        self._radius = sphere.radius
+        self._friction = sphere.friction
+        self._tolerance = min(_TOLERANCE_SHARE * sphere.radius, _TOLERANCE)
+        self._clearance = 0.0
+        cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
+        self._cells = np.empty(cells, np.int32)
+        self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
+        self._local = np.full(lattice.size, -1, np.int32)
+
+    def forget(self) -> None:
+        """Look at the whole sheet again: positions or velocities were set from outside."""
+        self._clearance = 0.0
+
+    def resolve(self, state: State, h: float) -> None:
+        """
+        Carry the sphere through a substep that `state` has just made, and the contact with it.
+
+        Corrects positions and velocities of the particles that the sphere meets on the way.
+        """
+        start, end = self.centre, self.centre + h * self.velocity
+        self.centre = end
+        sphere_speed = float(np.linalg.norm(self.velocity))
+        speed = float(np.sqrt(_greatest_speed_squared(state.velocity, self._lattice.size)))
+        self._clearance -= h * (speed + sphere_speed)
+        if self._clearance > 0:
+            return
+        lattice = self._lattice
+        count, clearance = find_cells(
+            state.position, state.velocity, lattice.begin, lattice.stride, lattice.rows,
+            lattice.columns, state.dtype(h), np.minimum(start, end), np.maximum(start, end),
+            self._radius, sphere_speed, self._cells,
+        )
+        self._clearance = clearance
+        if count:
+            self._sweep(state, h, start, count)
+
+    def _sweep(self, state: State, h: float, start: Array, count: int) -> None:
+        lattice = self._lattice
+        number, triangles = gather(
+            self._cells, count, lattice.begin, lattice.stride, lattice.rows, lattice.columns,
+            self._particles, self._local,
+        )
+        particles = self._particles[:number]
+        velocity = state.velocity[:, particles].T.astype(float)
+        before = state.position[:, particles].T.astype(float) - h * velocity
+        free = state.free[particles].astype(float)
+        # Seen from the sphere: its centre stays at the origin.
+        points, speeds = before - start, velocity - self.velocity
+        self.deepest, touched = sweep(
+            points, speeds, free, triangles, self._radius, self._friction, h, self._tolerance
+        )
+        if touched:
+            moved = free > 0
+            particles = particles[moved]
+            state.position[:, particles] = (points[moved] + self.centre).T
+            state.velocity[:, particles] = (speeds[moved] + self.velocity).T
+
+
+def warm_up(dtype: Any) -> None:
+    """Compile the kernels before they are needed; the first contact then causes no stall."""
+    lattice = Lattice(2, 2)
+    state = State(lattice, np.dtype(dtype).type)
+    contact = SphereContact(Sphere(radius=1.0), lattice, np.zeros(3))
+    contact.resolve(state, 1e-3)

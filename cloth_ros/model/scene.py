@@ -1,0 +1,274 @@
+"""
+The scene: everything that a user decides about a simulation.
+
+A scene is a tree of frozen dataclasses, nested like the ROS parameters.  A scene that exists is
+valid: whatever is wrong raises `ValueError` while it is made.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from . import scene_file, stability
+from .methods import METHODS
+from .pins import pinned_particles
+from .quantity import Group, quantity, refuse, register
+
+Vector = tuple[float, float, float]
+
+
+def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
+    length = math.hypot(*vector)
+    if length < 1e-9:
+        raise refuse(name, list(vector), f'a {what} other than zero', 'give its direction')
+    return tuple(component / length for component in vector)
+
+
+@dataclass(frozen=True)
+class Sheet(Group):
+    """The undeformed sheet: a grid of particles of equal mass."""
+
+    prefix: ClassVar[str] = 'sheet.'
+    rows: int = quantity(32, 'particles along y', low=1, high=1024, fixed=True)
+    columns: int = quantity(32, 'particles along x', low=1, high=1024, fixed=True)
+    size: tuple[float, float] = quantity(
+        (1.0, 1.0),
+        'length along the columns (x) and along the rows (y)',
+        unit='m',
+        low=1e-3,
+        high=1e3,
+        fixed=True,
+    )
+    mass: float = quantity(0.2, 'mass of the whole sheet', unit='kg', low=1e-9, high=1e9)
+    position: Vector = quantity(
+        (0.0, 0.0, 1.0), 'centre', unit='m', low=-1e6, high=1e6, fixed=True
+    )
+    orientation: tuple[float, float, float, float] = quantity(
+        (0.0, 0.0, 0.0, 1.0), 'quaternion x y z w', low=-1e6, high=1e6, fixed=True
+    )
+
+    def check(self) -> None:
+        """Normalise the quaternion."""
+        unit = _unit('sheet.orientation', self.orientation, 'quaternion')
+        object.__setattr__(self, 'orientation', unit)
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Rest length of the structural springs along x and along y, m."""
+        return (
+            self.size[0] / max(self.columns - 1, 1),
+            self.size[1] / max(self.rows - 1, 1),
+        )
+
+    @property
+    def particle_mass(self) -> float:
+        """Mass of one particle, kg."""
+        return self.mass / (self.rows * self.columns)
+
+
+@dataclass(frozen=True)
+class Springs(Group):
+    """Stiffness of the three families of Provot (1995), and the dashpots along them."""
+
+    prefix: ClassVar[str] = 'springs.'
+    structural: float = quantity(
+        500.0, 'stiffness to the 4 neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+    )
+    shear: float = quantity(
+        250.0, 'stiffness to the 4 diagonal neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+    )
+    bending: float = quantity(
+        50.0, 'stiffness to the 4 second neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+    )
+    damping: float = quantity(
+        0.0, 'dashpot along each spring; 0: not modelled', unit='N·s/m', low=0, high=1e6
+    )
+
+
+@dataclass(frozen=True)
+class Gust(Group):
+    """A gust every period, of random speed in one direction."""
+
+    prefix: ClassVar[str] = 'wind.gust.'
+    period: float = quantity(
+        0.0, 'time from one gust to the next, the first after one period; 0: none',
+        unit='s', low=0, high=1e6,
+    )
+    duration: float = quantity(1.0, 'how long a gust blows', unit='s', low=0, high=1e6)
+    direction: Vector = quantity((0.0, 1.0, 0.0), 'where gusts blow to', low=-1e6, high=1e6)
+    speed: tuple[float, float] = quantity(
+        (0.0, 5.0), 'least and greatest speed, uniformly drawn', unit='m/s', low=0, high=1e4
+    )
+    seed: int = quantity(0, 'seed of the random speeds', low=0, high=2**53)
+
+    def check(self) -> None:
+        """Normalise the direction and compare the fields with one another."""
+        unit = _unit('wind.gust.direction', self.direction, 'vector')
+        object.__setattr__(self, 'direction', unit)
+        if self.speed[0] > self.speed[1]:
+            raise refuse('wind.gust.speed', list(self.speed), 'least, then greatest', 'swap them')
+        if 0 < self.period < self.duration:
+            raise refuse(
+                'wind.gust.duration', self.duration,
+                f'at most wind.gust.period, {self.period:g} s', 'shorten it or lengthen the period',
+            )
+
+
+@dataclass(frozen=True)
+class Wind(Group):
+    """The air: its velocity and what it does to the triangles."""
+
+    prefix: ClassVar[str] = 'wind.'
+    velocity: Vector = quantity(
+        (0.0, 0.0, 0.0), 'velocity of the air until a command comes', unit='m/s',
+        low=-1e4, high=1e4,
+    )
+    air_density: float = quantity(
+        1.2, 'density of the air; 0: no air', unit='kg/m³', low=0, high=1e4
+    )
+    drag_coefficient: float = quantity(
+        1.0, 'drag coefficient of a triangle that faces the wind', low=0, high=100
+    )
+    gust: Gust = field(default_factory=Gust)
+
+    @property
+    def present(self) -> bool:
+        """True if the scene has air that acts on the sheet."""
+        return self.air_density * self.drag_coefficient > 0
+
+
+@dataclass(frozen=True)
+class Sphere(Group):
+    """A sphere that moves as commanded, whatever the cloth does."""
+
+    prefix: ClassVar[str] = 'sphere.'
+    radius: float = quantity(0.0, 'radius; 0: no sphere', unit='m', low=0, high=1e3)
+    position: Vector = quantity(
+        (0.0, 0.0, 0.0), 'centre until a command comes', unit='m', low=-1e6, high=1e6
+    )
+    friction: float = quantity(0.3, 'coefficient of Coulomb friction', low=0, high=10)
+
+    def check(self) -> None:
+        """Refuse spheres that are too small to be resolved."""
+        if 0 < self.radius < 1e-4:
+            raise refuse('sphere.radius', self.radius, '0 or at least 0.0001 m', 'enlarge it')
+
+
+@dataclass(frozen=True)
+class Solver(Group):
+    """How the equations of motion are integrated."""
+
+    prefix: ClassVar[str] = 'solver.'
+    method: str = quantity('auto', 'integration method', choices=('auto', *METHODS))
+    substeps: int = quantity(
+        0, 'substeps per tick; 0: chosen from the stability limit and the tolerance',
+        low=0, high=1_000_000,
+    )
+    tolerance: float = quantity(
+        0.001, 'position error that auto aims for', unit='m', low=1e-6, high=1.0
+    )
+    precision: str = quantity('single', 'floating point numbers', choices=('single', 'double'))
+    threads: int = quantity(1, 'threads; this version has one', low=1, high=1)
+    max_tick: float = quantity(
+        0.1, 'longest wall-clock time made up in one tick', unit='s', low=1e-3, high=10.0
+    )
+    overload: str = quantity(
+        'slow_motion', 'what gives when the machine cannot keep up, time or accuracy',
+        choices=('slow_motion', 'coarsen'),
+    )
+
+
+@dataclass(frozen=True)
+class Markers(Group):
+    """What is shown in RViz."""
+
+    prefix: ClassVar[str] = 'markers.'
+    rate: float = quantity(30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000)
+    springs: bool = quantity(False, 'show the springs as lines')
+
+
+@dataclass(frozen=True)
+class Scene(Group):
+    """A whole scene.  Nested groups may be given as mappings: ``Scene(sheet={'rows': 8})``."""
+
+    frame_id: str = quantity('world', 'frame of all published positions', fixed=True)
+    rate: float = quantity(60.0, 'ticks per second', unit='Hz', low=1.0, high=1000.0)
+    pins: tuple[str, ...] = quantity(
+        ('0,0', '0,-1'), 'pinned particles as "row,column", Python indices and slices'
+    )
+    drag: float = quantity(0.5, 'decay rate of velocity; 0: none', unit='1/s', low=0, high=1e6)
+    gravity: Vector = quantity(
+        (0.0, 0.0, -9.81), 'acceleration of gravity', unit='m/s²', low=-1e4, high=1e4
+    )
+    sheet: Sheet = field(default_factory=Sheet)
+    springs: Springs = field(default_factory=Springs)
+    wind: Wind = field(default_factory=Wind)
+    sphere: Sphere = field(default_factory=Sphere)
+    solver: Solver = field(default_factory=Solver)
+    markers: Markers = field(default_factory=Markers)
+
+    @classmethod
+    def from_yaml(cls, path: str | os.PathLike[str]) -> Scene:
+        """
+        Read a ROS parameter file.
+
+        Raises
+        ------
+        ValueError
+            The file is not a ROS parameter file, or its scene is not valid.
+        OSError
+            The file cannot be read.
+
+        """
+        try:
+            return cls.from_parameters(scene_file.read(path))
+        except ValueError as error:
+            raise ValueError(f'{os.fspath(path)}: {error}') from None
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Scene:
+        """Build a scene from parameters, nested or by dotted names; raises ValueError."""
+        scene = cls.from_mapping(parameters)
+        assert isinstance(scene, Scene)
+        return scene
+
+    def with_parameters(self, changes: Mapping[str, Any]) -> Scene:
+        """Return this scene with the parameters of these dotted names changed, and checked."""
+        return self.from_parameters({**self.flat(), **changes})
+
+    def check(self) -> None:
+        """Compare the groups with one another."""
+        self.pinned()
+        if self.solver.substeps:
+            step = 1 / (self.rate * self.solver.substeps)
+            limit = self.stability_limit()
+            if step > stability.SAFETY * limit:
+                least = math.ceil(1 / (self.rate * stability.SAFETY * limit))
+                raise refuse(
+                    'solver.substeps', self.solver.substeps,
+                    f'0 or at least {least} for a stable step at {self.rate:g} Hz',
+                    'or soften the springs',
+                )
+
+    def pinned(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Return which particles are pinned, bool, shape (rows, columns); raises ValueError."""
+        return pinned_particles(self.pins, self.sheet.rows, self.sheet.columns)
+
+    def stability_limit(self) -> float:
+        """Return the longest stable substep of symplectic Euler, s; inf without springs."""
+        return stability.largest_stable_step(
+            rows=self.sheet.rows,
+            columns=self.sheet.columns,
+            particle_mass=self.sheet.particle_mass,
+            stiffness=(self.springs.structural, self.springs.shear, self.springs.bending),
+            damping=self.springs.damping,
+        )
+
+
+register(Scene)

@@ -1,0 +1,78 @@
+"""The state of a cloth, and its motion at given velocities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .compile import kernel
+from .lattice import GHOST, Array, Lattice
+
+
+@dataclass
+class State:
+    """
+    Flat arrays of a sheet, laid out as `Lattice` says.
+
+    Attributes
+    ----------
+    position
+        m, from the centre of the undeformed sheet, shape (3, size).  Single precision then
+        resolves the cloth and not its distance from the origin of the world.
+    velocity, acceleration
+        m/s and m/s², shape (3, size); zero for pinned particles and ghosts.
+    free
+        1 for particles that move, 0 for pinned ones and ghosts, shape (size,).
+
+    """
+
+    lattice: Lattice
+    dtype: Any
+    position: Array = field(init=False)
+    velocity: Array = field(init=False)
+    acceleration: Array = field(init=False)
+    free: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Allocate the arrays, with every particle free at the centre and at rest."""
+        self.position = self.lattice.field(self.dtype, GHOST)
+        self.lattice.grid(self.position)[...] = 0
+        self.velocity = self.lattice.field(self.dtype)
+        self.acceleration = self.lattice.field(self.dtype)
+        self.free = self.lattice.field(self.dtype, components=1)[0]
+        self.lattice.grid(self.free)[...] = 1
+
+    def pin(self, pinned: Array) -> None:
+        """Hold the particles where `pinned`, bool, shape (rows, columns), and free the others."""
+        self.lattice.grid(self.free)[...] = ~pinned
+        self.velocity *= self.free
+        self.acceleration *= self.free
+
+
+@kernel
+def _drift(position, velocity, h):  # type: ignore[no-untyped-def]
+    for i in range(np.uint64(position.size)):
+        position[i] += h * velocity[i]
+
+
+@kernel
+def _kick(velocity, acceleration, decay, gain):  # type: ignore[no-untyped-def]
+    for i in range(np.uint64(velocity.size)):
+        velocity[i] = decay * velocity[i] + gain * acceleration[i]
+
+
+def drift(state: State, h: float) -> None:
+    """Move every particle for `h` seconds at its velocity; pinned ones have none."""
+    _drift(state.position.reshape(-1), state.velocity.reshape(-1), state.dtype(h))
+
+
+def kick(state: State, decay: float, gain: float) -> None:
+    """Set every velocity to ``decay * velocity + gain * acceleration``."""
+    _kick(
+        state.velocity.reshape(-1),
+        state.acceleration.reshape(-1),
+        state.dtype(decay),
+        state.dtype(gain),
+    )

@@ -1,0 +1,310 @@
+"""The node `cloth`: a live cloth on the ROS graph."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from types import FrameType
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
+from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
+
+from ..messages.diagnostics import diagnostics_message
+from ..messages.markers import MarkersMessage
+from ..messages.particles import ParticlesMessage
+from ..model import Cloth, Scene
+from .frames import Frames
+from .pacing import Pacing
+from .parameters import changed_scene, declare_scene, typed
+
+# RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
+_QOS = QoSProfile(depth=5)
+_WARNING_EVERY = 5.0  # s, between two warnings of one kind
+_STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
+
+
+class ClothNode(Node):
+    """Steps a cloth by the clock, publishes it, and takes wind, sphere and parameters."""
+
+    def __init__(self) -> None:
+        super().__init__('cloth', automatically_declare_parameters_from_overrides=True)
+        scene = declare_scene(self)
+        self._log = self.get_logger()
+        self._log.info('preparing the kernels; the first start on a machine compiles them')
+        self._cloth = Cloth(scene)
+        self._cloth.compile()
+        self._pacing = Pacing()
+        self._paused = False
+        self._rejected: Counter[str] = Counter()
+        self._unfinished = 0
+        self._frames = Frames(self, scene.frame_id)
+        self._particles = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
+        self._markers: MarkersMessage | None = None
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+
+        self._particles_out = self._publisher(PointCloud2, '~/particles')
+        self._markers_out = self._publisher(MarkerArray, '~/markers')
+        self._diagnostics_out = self._publisher(DiagnosticArray, '/diagnostics')
+        self._subscribe(Vector3Stamped, 'wind', self._on_wind)
+        self._subscribe(PoseStamped, 'sphere_pose', self._on_sphere_pose)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self.add_pre_set_parameters_callback(typed)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+
+        self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        # Wakes the executor to see a signal where no clock ticks.
+        self.create_timer(_STOP_WITHIN, lambda: None, clock=self._steady)
+        self._start_ticking()
+        self._greet()
+
+    def _publisher(self, kind: type, topic: str):  # type: ignore[no-untyped-def]
+        overridable = QoSOverridingOptions.with_default_policies()
+        return self.create_publisher(kind, topic, _QOS, qos_overriding_options=overridable)
+
+    def _subscribe(self, kind: type, topic: str, callback: Callable[..., None]) -> None:
+        overridable = QoSOverridingOptions.with_default_policies()
+        self.create_subscription(kind, topic, callback, _QOS, qos_overriding_options=overridable)
+
+    def _greet(self) -> None:
+        scene, cloth = self._cloth.scene, self._cloth
+        sheet = scene.sheet
+        self._log.info(
+            f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz in '
+            f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms '
+            f'(stability limit {1e3 * cloth.stability_limit:.3g} ms)'
+        )
+        self._log.info(
+            f'publishing {self._particles_out.topic_name}, {self._markers_out.topic_name} and '
+            f'{self._diagnostics_out.topic_name}; listening to '
+            f'{self.resolve_topic_name("wind")} and {self.resolve_topic_name("sphere_pose")}'
+        )
+
+    # The clock
+
+    def _start_ticking(self) -> None:
+        """
+        Make the timer of the ticks, anew when the rate or the clock changes.
+
+        A wall-clock timer follows the steady clock, which no one sets back; with simulated time
+        it follows /clock.
+        """
+        if hasattr(self, '_timer'):
+            self.destroy_timer(self._timer)
+        simulated = self.get_parameter('use_sim_time').value
+        self._clock = self.get_clock() if simulated else self._steady
+        period = 1.0 / self._cloth.scene.rate
+        self._last = self._clock.now().nanoseconds
+        self._next_markers = 0.0
+        self._timer = self.create_timer(period, self._tick, clock=self._clock)
+
+    def _tick(self) -> None:
+        now = self._clock.now().nanoseconds
+        elapsed, self._last = (now - self._last) * 1e-9, now
+        if self._paused:
+            self._pacing.forget()
+        else:
+            self._simulate(elapsed)
+        # The state is as old as what is pending; a paused one is what holds now.
+        stamp = self.get_clock().now().nanoseconds - int(self._pacing.pending * 1e9)
+        seconds, nanoseconds = divmod(max(stamp, 0), 1_000_000_000)
+        if self._particles_out.get_subscription_count():
+            message = self._particles.serialise(self._cloth, seconds, nanoseconds)
+            self._particles_out.publish(message)
+        if self._markers_due(now * 1e-9) and self._markers_out.get_subscription_count():
+            if self._markers is None:
+                self._markers = MarkersMessage(self._cloth)
+            self._markers_out.publish(
+                self._markers.serialise(self._cloth, seconds, nanoseconds)
+            )
+
+    def _simulate(self, elapsed: float) -> None:
+        scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
+        substep = cloth.substep
+        count = pacing.due(elapsed, substep, 1 / scene.rate, scene.solver.max_tick)
+        if count == 0:
+            return
+        start = time.perf_counter()
+        try:
+            cloth.advance(count * substep)
+        except FloatingPointError as error:
+            self._unfinished += 1
+            self._log.error(str(error), throttle_duration_sec=_WARNING_EVERY)
+        pacing.done(count, substep, time.perf_counter() - start)
+        if scene.solver.overload == 'coarsen':
+            if pacing.lost > 0:
+                cloth.coarse = True
+            elif cloth.coarse:
+                cloth.coarse = False
+                cloth.coarse = not pacing.recovered(cloth.substep)
+
+    def _markers_due(self, now: float) -> bool:
+        scene = self._cloth.scene
+        # Half a tick of slack: a tick that is early by its jitter is the one that was meant.
+        if scene.markers.rate == 0 or now < self._next_markers - 0.5 / scene.rate:
+            return False
+        self._next_markers = max(self._next_markers + 1 / scene.markers.rate, now)
+        return True
+
+    # Inputs
+
+    def _reject(self, topic: str, reason: object) -> None:
+        self._rejected[topic] += 1
+        self._log.warning(
+            f'refused a message on {topic}: {reason}', throttle_duration_sec=_WARNING_EVERY
+        )
+
+    def _on_wind(self, message: Vector3Stamped) -> None:
+        vector = (message.vector.x, message.vector.y, message.vector.z)
+        try:
+            if not self._cloth.scene.wind.present:
+                raise ValueError('this scene has no air; set wind.air_density above 0')
+            self._cloth.wind = self._frames.to_own(
+                vector, message.header.frame_id, is_point=False
+            )
+        except ValueError as error:
+            self._reject('wind', error)
+
+    def _on_sphere_pose(self, message: PoseStamped) -> None:
+        position = message.pose.position
+        try:
+            point = (position.x, position.y, position.z)
+            self._cloth.move_sphere(
+                self._frames.to_own(point, message.header.frame_id, is_point=True)
+            )
+        except ValueError as error:
+            self._reject('sphere_pose', error)
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._cloth.reset()
+        self._pacing.forget()
+        response.success = True
+        response.message = 'the cloth is back in its initial state'
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self._paused = request.data
+        response.success = True
+        response.message = 'paused' if self._paused else 'running'
+        return response
+
+    # Parameters
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        try:
+            changed_scene(self._cloth.scene, parameters)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: list[Parameter]) -> None:
+        before = self._cloth.scene
+        scene = changed_scene(before, parameters)
+        if scene is not before:
+            self._cloth.configure(scene)
+            self._cloth.compile()
+            self._markers = None
+        clock_changed = any(parameter.name == 'use_sim_time' for parameter in parameters)
+        if scene.rate != before.rate or clock_changed:
+            self._start_ticking()
+
+    # Diagnostics
+
+    def _publish_diagnostics(self) -> None:
+        cloth = self._cloth
+        factor, lost = self._pacing.take_report()
+        warning = ''
+        if self._paused:
+            warning = 'paused'
+        elif lost > 0:
+            warning = f'overload: slow motion, {lost:.3g} s lost since the last report'
+        elif cloth.coarse:
+            warning = 'overload: coarsened to the stability limit'
+        if warning and lost > 0:
+            self._log.warning(warning, throttle_duration_sec=_WARNING_EVERY)
+        if not self._diagnostics_out.get_subscription_count():
+            return
+        values = {
+            'real-time factor': factor,
+            'simulated time [s]': cloth.time,
+            'substeps per tick': round(1 / (cloth.scene.rate * cloth.substep)),
+            'step [s]': cloth.substep,
+            'stability limit [s]': cloth.stability_limit,
+            'load [share of real time]': self._pacing.load(cloth.substep),
+            'energy [J]': cloth.energy(),
+            'largest strain': cloth.largest_strain(),
+            'error estimate [m]': cloth.error_estimate,
+            'sphere depth [m]': cloth.sphere_depth,
+            'rejected inputs': self._rejected.total(),
+            'rejected wind': self._rejected['wind'],
+            'rejected sphere_pose': self._rejected['sphere_pose'],
+            'steps not finite': self._unfinished,
+        }
+        header = Header(stamp=self.get_clock().now().to_msg())
+        name = self.get_fully_qualified_name()
+        self._diagnostics_out.publish(diagnostics_message(header, name, warning, values))
+
+
+class _Stop:
+    """SIGINT and SIGTERM: raise while the node is being made, and raise a flag once it spins."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.spinning = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._ask)
+
+    def _ask(self, _: int, __: FrameType | None) -> None:
+        if not self.spinning and not self.asked:
+            self.asked = True
+            raise KeyboardInterrupt
+        self.asked = True
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit code."""
+    if 'HOME' not in os.environ and 'ROS_LOG_DIR' not in os.environ:
+        # Without either rclpy does not start; logs are worth less than the cloth.
+        os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='cloth_ros-')
+    stop = _Stop()
+    try:
+        # rclpy's own handlers would end the context in the middle of a tick.
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        executor = SingleThreadedExecutor()
+        node = ClothNode()
+        executor.add_node(node)
+        stop.spinning = True
+        while not stop.asked:
+            executor.spin_once()
+    except KeyboardInterrupt:
+        pass
+    except ValueError as error:
+        print(f'cloth_node: {error}', file=sys.stderr)
+        return 2
+    finally:
+        stop.spinning = True
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,70 @@
+"""Vectors and points in other frames than the node's own, through tf2 where it is installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Transform
+from rclpy.node import Node
+from rclpy.time import Time
+
+from ..model.lattice import rotation_matrix
+
+Vector = tuple[float, float, float]
+
+
+class UnknownFrameError(ValueError):
+    """A frame that cannot be brought into the node's own."""
+
+
+def transformed(vector: Vector, transform: Transform, *, is_point: bool) -> Vector:
+    """Return a vector, or a point, in the target frame of a transform."""
+    rotation = transform.rotation
+    quaternion = (rotation.x, rotation.y, rotation.z, rotation.w)
+    result = rotation_matrix(quaternion) @ np.array(vector)
+    if is_point:
+        shift = transform.translation
+        result = result + (shift.x, shift.y, shift.z)
+    x, y, z = result.tolist()
+    return (x, y, z)
+
+
+class Frames:
+    """Brings what arrives into the frame of the node."""
+
+    def __init__(self, node: Node, frame_id: str) -> None:
+        self._node = node
+        self._frame_id = frame_id
+        self._buffer: Any = None
+
+    def to_own(self, vector: Vector, frame_id: str, *, is_point: bool) -> Vector:
+        """
+        Return a vector or point of `frame_id` in the node's frame; empty means the node's own.
+
+        Raises
+        ------
+        UnknownFrameError
+            tf2 is not installed, or does not know the way.
+
+        """
+        if frame_id in ('', self._frame_id):
+            return vector
+        try:
+            from tf2_ros import Buffer, TransformException, TransformListener
+        except ImportError:
+            raise UnknownFrameError(
+                f'the frame is {frame_id!r}, but must be {self._frame_id!r} or empty where tf2 '
+                'is not installed; transform it, or install ros-jazzy-tf2-ros'
+            ) from None
+        if self._buffer is None:  # from here on only: most users never need tf2
+            self._buffer = Buffer()
+            self._listener = TransformListener(self._buffer, self._node)
+        try:
+            stamped = self._buffer.lookup_transform(self._frame_id, frame_id, Time())
+        except TransformException as error:
+            raise UnknownFrameError(
+                f'the frame is {frame_id!r}, from which tf2 knows no way to '
+                f'{self._frame_id!r} ({error}); publish the transform'
+            ) from None
+        return transformed(vector, stamped.transform, is_point=is_point)

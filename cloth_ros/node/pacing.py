@@ -1,0 +1,89 @@
+"""How much to simulate in a tick: the wall clock, as far as the machine can follow it."""
+
+from __future__ import annotations
+
+import math
+
+# Share of a tick that may go into the simulation; the rest is for messages and requests.
+_SHARE = 0.8
+# Weight of the newest tick in the running mean of the cost of a substep.
+_NEWEST = 0.1
+# With `coarsen`: load, as a share of real time, under which accuracy is taken up again.
+_RECOVERED = 0.6
+
+
+class Pacing:
+    """
+    Book-keeping between wall-clock time and simulated time.
+
+    Time is simulated in whole substeps of one length, whatever the jitter of the ticks: a step
+    that changes all the time would pump energy into a nearly undamped cloth.  What is left of a
+    substep waits for the next tick.  When the machine cannot keep up, ticks keep their rate and
+    time is lost: slow motion.
+
+    Attributes
+    ----------
+    pending
+        Wall-clock time that is not simulated yet, s.
+    lost
+        Wall-clock time that was given up since the last `take_report`, s.
+
+    """
+
+    def __init__(self) -> None:
+        self.pending = 0.0
+        self.lost = 0.0
+        self._cost: float | None = None
+        self._elapsed = 0.0
+        self._simulated = 0.0
+
+    def due(self, elapsed: float, substep: float, tick: float, max_tick: float) -> int:
+        """
+        Return how many substeps to simulate now.
+
+        Arguments
+        ---------
+        elapsed
+            Wall-clock time since the last call, s; negative when a clock has jumped back.
+        substep, tick
+            Length of a substep and of a tick, s.
+        max_tick
+            Longest time to make up, s.
+
+        """
+        self._elapsed += max(elapsed, 0.0)
+        self.pending += max(elapsed, 0.0)
+        # A tick must hold one substep, or nothing would ever move.
+        excess = self.pending - max(max_tick, substep)
+        if excess > 0:
+            self.lost += excess
+            self.pending -= excess
+        count = math.floor(self.pending / substep + 1e-6)
+        if self._cost:
+            count = min(count, max(int(_SHARE * tick / self._cost), 1))
+        return count
+
+    def done(self, count: int, substep: float, wall: float) -> None:
+        """Note that `count` substeps were simulated, which took `wall` s."""
+        self.pending = max(self.pending - count * substep, 0.0)
+        self._simulated += count * substep
+        cost = wall / count
+        self._cost = cost if self._cost is None else self._cost + _NEWEST * (cost - self._cost)
+
+    def load(self, substep: float) -> float:
+        """Return the share of real time that substeps of this length take; 0 if unknown."""
+        return (self._cost or 0.0) / substep
+
+    def recovered(self, substep: float) -> bool:
+        """Tell if the machine can keep up with substeps of this length again."""
+        return self.load(substep) < _RECOVERED
+
+    def take_report(self) -> tuple[float, float]:
+        """Return the real-time factor and the time lost, s, since the last report."""
+        factor = self._simulated / self._elapsed if self._elapsed > 0 else 0.0
+        lost, self.lost, self._elapsed, self._simulated = self.lost, 0.0, 0.0, 0.0
+        return factor, lost
+
+    def forget(self) -> None:
+        """Drop time that is not simulated yet: the cloth was paused or reset."""
+        self.pending = 0.0

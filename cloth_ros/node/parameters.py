@@ -1,0 +1,103 @@
+"""The parameters of the node, derived from the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from ..model import Scene
+from ..model.quantity import PARAMETER_NAMES, Quantity, unknown_name
+
+# Parameters that nodes have of themselves; everything else is the scene's.
+_NODE_OWN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+def _ros_value(value: Any) -> Any:
+    """Return a scene's value as ROS types it."""
+    if isinstance(value, tuple):
+        return list(value) or ['']  # an empty list has no type
+    return value
+
+
+def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
+    """Describe a parameter: its text, unit and range."""
+    text = known.text + (f' [{known.unit}]' if known.unit else '')
+    descriptor = ParameterDescriptor(
+        name=name,
+        description=text,
+        additional_constraints=known.range_text,
+        read_only=known.fixed,
+    )
+    if known.low is None or known.high is None or isinstance(value, tuple):
+        return descriptor
+    if isinstance(value, int):
+        limits = IntegerRange(from_value=int(known.low), to_value=int(known.high), step=1)
+        descriptor.integer_range = [limits]
+    else:
+        bounds = FloatingPointRange(from_value=float(known.low), to_value=float(known.high))
+        descriptor.floating_point_range = [bounds]
+    return descriptor
+
+
+def declare_scene(node: Node) -> Scene:
+    """
+    Declare the parameters of a scene on a node, and return the scene that its overrides give.
+
+    The node must have been made with `automatically_declare_parameters_from_overrides`: the
+    overrides are then there untyped, whole numbers for real ones included, and are declared
+    again with type, text and range once the scene they make is known to be valid.
+
+    Raises
+    ------
+    ValueError
+        The overrides do not make a valid scene.
+
+    """
+    given = {}
+    for name, parameter in node.get_parameters_by_prefix('').items():
+        if name.split('.')[0] in _NODE_OWN or parameter is None:
+            continue
+        if name in PARAMETER_NAMES:
+            given[name] = parameter.value
+            node.undeclare_parameter(name)
+        else:
+            # A file for several nodes may rightly hold names of others.
+            node.get_logger().warning(f'ignored: {unknown_name(name, list(PARAMETER_NAMES))}')
+    scene = Scene.from_parameters(given)
+    for name, value in scene.flat().items():
+        descriptor = _descriptor(name, value, PARAMETER_NAMES[name])
+        node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
+    return scene
+
+
+def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
+    """Return parameters with whole numbers made real, and empty lists strings, where meant so."""
+    flat = Scene().flat()
+    result = []
+    for parameter in parameters:
+        default, value = flat.get(parameter.name), parameter.value
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        if isinstance(default, float) and whole:
+            parameter = Parameter(parameter.name, Parameter.Type.DOUBLE, float(value))
+        elif isinstance(default, tuple) and value is not None:
+            if isinstance(default[0], str) and len(value) == 0:
+                parameter = Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
+            elif isinstance(default[0], float) and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
+                numbers = [float(number) for number in value]
+                parameter = Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
+        result.append(parameter)
+    return result
+
+
+def changed_scene(scene: Scene, parameters: Iterable[Parameter]) -> Scene:
+    """Return `scene` with those of the parameters that are a scene's; raises ValueError."""
+    changes = {
+        parameter.name: parameter.value
+        for parameter in parameters
+        if parameter.name in PARAMETER_NAMES
+    }
+    return scene.with_parameters(changes) if changes else scene

@@ -1,0 +1,90 @@
+"""
+Command a running cloth: wind, sphere, pause and reset, from any second process.
+
+    python examples/command.py --wind 0 3 0
+    python examples/command.py --from 0 -0.6 1.2 --sphere 0 0.4 1.2 --over 2
+"""
+
+import argparse
+import time
+
+import rclpy
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rclpy.node import Node
+from std_srvs.srv import SetBool, Trigger
+
+_PATIENCE = 10.0  # s, for the cloth to be found
+
+
+def wait_until(condition, what: str) -> None:
+    """Wait for discovery; leave with one line if it takes too long."""
+    end = time.monotonic() + _PATIENCE
+    while not condition():
+        if time.monotonic() > end:
+            raise SystemExit(f'no cloth listens to {what}; is the node running on this domain?')
+        time.sleep(0.02)
+
+
+def blow(node: Node, wind: list[float]) -> None:
+    """Set the velocity of the air."""
+    publisher = node.create_publisher(Vector3Stamped, 'wind', 1)
+    wait_until(publisher.get_subscription_count, 'wind')
+    message = Vector3Stamped()
+    message.vector.x, message.vector.y, message.vector.z = wind
+    publisher.publish(message)
+    publisher.wait_for_all_acked()
+
+
+def move(node: Node, start: list[float] | None, end: list[float], seconds: float) -> None:
+    """Move the sphere to `end`: at once, or in a straight line from `start`."""
+    publisher = node.create_publisher(PoseStamped, 'sphere_pose', 1)
+    wait_until(publisher.get_subscription_count, 'sphere_pose')
+    began, share = time.monotonic(), 0.0
+    while share < 1.0:
+        share = min((time.monotonic() - began) / seconds, 1.0) if start else 1.0
+        message = PoseStamped()
+        point = [a + share * (b - a) for a, b in zip(start or end, end, strict=True)]
+        position = message.pose.position
+        position.x, position.y, position.z = point
+        publisher.publish(message)
+        time.sleep(1 / 60)
+    publisher.wait_for_all_acked()
+
+
+def call(node: Node, kind: type, name: str, request) -> None:
+    """Call a service and print its answer."""
+    client = node.create_client(kind, name)
+    wait_until(client.service_is_ready, name)
+    future = client.call_async(request)
+    rclpy.spin_until_future_complete(node, future)
+    print(future.result().message)
+
+
+def main() -> None:
+    """Send what the command line says."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    xyz = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'Z')}
+    parser.add_argument('--wind', **xyz, help='velocity of the air, m/s')
+    parser.add_argument('--sphere', **xyz, help='centre to move the sphere to, m')
+    parser.add_argument('--from', dest='start', **xyz, help='where the sphere starts, m')
+    parser.add_argument('--over', type=float, default=1.0, help='s, from there to here')
+    parser.add_argument('--pause', action='store_true')
+    parser.add_argument('--resume', action='store_true')
+    parser.add_argument('--reset', action='store_true')
+    options = parser.parse_args()
+
+    rclpy.init()
+    node = Node('cloth_command')
+    if options.wind:
+        blow(node, options.wind)
+    if options.sphere:
+        move(node, options.start, options.sphere, options.over)
+    if options.pause or options.resume:
+        call(node, SetBool, 'cloth/pause', SetBool.Request(data=options.pause))
+    if options.reset:
+        call(node, Trigger, 'cloth/reset', Trigger.Request())
+    rclpy.shutdown()
+
+
+if __name__ == '__main__':
+    main()

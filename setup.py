@@ -1,0 +1,47 @@
+"""One package for colcon (ament_python) and for pip."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+NAME = 'cloth_ros'
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='A live mass-spring cloth for ROS 2',
+    license='Apache-2.0',
+    maintainer='cloth_ros maintainers',
+    maintainer_email='maintainers@cloth-ros.dev',
+    packages=find_packages(include=[NAME, f'{NAME}.*']),
+    package_data={NAME: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/config', sorted(glob('config/*'))),
+        (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
+    ],
+    python_requires='>=3.10',
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML'],
+    extras_require={
+        # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
+        # rclpy is used, so they are no requirement of the package itself.
+        'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'test': [
+            'pytest',
+            'pytest-timeout',
+            'hypothesis',
+            'ruff',
+            'mypy',
+            'types-PyYAML',
+            'rosbags',
+            'cyclonedds',
+            'colcon-common-extensions',
+            'colcon-ros',
+            'matplotlib',
+        ],
+        'pictures': ['matplotlib'],
+    },
+    entry_points={'console_scripts': ['cloth_node = cloth_ros.node.cloth_node:main']},
+    zip_safe=False,
+)
