@@ -1,6 +1,7 @@
 # make run   a live cloth; SCENE=config/… picks another scene
 # make test  ruff, mypy and pytest
-# Both make the environment in .venv first, once.
+# make pictures   the pictures of the README, into docs/pictures
+# Each makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
 VENV := .venv
@@ -23,7 +24,7 @@ test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m pytest $(PYTEST_ARGS)
 
-pictures: $(VENV)/.ready-test-$(ROS)
+pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures
 
 $(VENV)/.ready-%: setup.py tools/environment.sh

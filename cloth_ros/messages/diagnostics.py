@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 
 
 def diagnostics_message(
-    header: Header, name: str, warning: str, values: Mapping[str, object]
+    header: Header, name: str, message: str, values: Mapping[str, object], *, warn: bool
 ) -> DiagnosticArray:
     """
     Return a diagnostic array with one status.
@@ -20,16 +20,18 @@ def diagnostics_message(
         Its stamp is the time of the diagnosis.
     name
         Full name of the node.
-    warning
-        What is wrong, or an empty string.
+    message
+        What is to be said of it in a few words.
     values
         What was measured, with units in the names.
+    warn
+        True if something is wrong.
 
     """
     status = DiagnosticStatus(
-        level=DiagnosticStatus.WARN if warning else DiagnosticStatus.OK,
+        level=DiagnosticStatus.WARN if warn else DiagnosticStatus.OK,
         name=f'{name}: simulation',
-        message=warning or 'running in real time',
+        message=message,
         hardware_id='none',
         values=[
             KeyValue(key=key, value=f'{value:.6g}' if isinstance(value, float) else str(value))

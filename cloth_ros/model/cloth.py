@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from . import contact, stability
+from . import contact
 from .contact import SphereContact
 from .dynamics import Dynamics
 from .energy import Energy, energy, largest_strain
@@ -16,12 +16,10 @@ from .lattice import Array, Lattice, flat_sheet
 from .methods import METHODS
 from .quantity import PARAMETER_NAMES, refuse
 from .scene import Scene
-from .state import State
+from .state import State, greatest_speed
+from .substeps import LOOK_EVERY, ROUNDING, refinement, substep_length
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
-# A share of a substep that `advance` may stretch its substeps by, so that a time that is a whole
-# number of substeps but for rounding is not given one more.
-_ROUNDING = 1e-6
 
 
 def checked_vector(name: str, vector: Sequence[float], parameter: str) -> Array:
@@ -162,30 +160,12 @@ class Cloth:
 
     @property
     def substep(self) -> float:
-        """
-        Length of the substeps, s, at the scene's rate.
-
-        A whole number of substeps makes a tick.  That number is the scene's, or the least that
-        is stable and accurate: symplectic Euler is half a substep out of time, and a cloth that
-        falls and swings moves at up to sqrt(2 g L), L its diagonal, or with the wind.
-        """
-        scene = self._scene
-        tick = 1 / scene.rate
-        longest = min(stability.SAFETY * self._stability_limit, tick)
-        if not self.coarse:
-            if scene.solver.substeps:
-                return tick / scene.solver.substeps
-            speed = math.sqrt(2 * math.hypot(*scene.gravity) * math.hypot(*scene.sheet.size))
-            if scene.wind.present:
-                gust = scene.wind.gust.speed[1] if self._gusts else 0.0
-                speed = max(speed, math.hypot(*scene.wind.velocity) + gust)
-            if speed > 0:
-                longest = min(longest, 2 * scene.solver.tolerance / speed)
-        return tick / math.ceil(tick / longest * (1 - _ROUNDING))
+        """Length of the substeps, s; a whole number of them makes a tick of the scene's rate."""
+        return substep_length(self._scene, self._stability_limit, coarse=self.coarse)
 
     @property
     def substeps(self) -> int:
-        """Number of substeps of the last advance."""
+        """Number of substeps of the last advance, those of violent motion included."""
         return self._substeps
 
     @property
@@ -301,7 +281,9 @@ class Cloth:
 
     def advance(self, seconds: float) -> None:
         """
-        Simulate the next `seconds`, in substeps no longer than `substep`.
+        Simulate the next `seconds`, in equal substeps no longer than `substep`.
+
+        Fast motion divides them further, see `substeps.refinement`.
 
         Raises
         ------
@@ -316,30 +298,37 @@ class Cloth:
             raise refuse('seconds', seconds, 'finite and not negative', 'correct it')
         if seconds == 0:
             return
-        count = max(math.ceil(seconds / self.substep - _ROUNDING), 1)
-        h = seconds / count
-        before = (self._state.position.copy(), self._state.velocity.copy())
-        start, origin = self._time, self._origin[:, 0, 0]
+        count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
+        before = (self._state.position.copy(), self._state.velocity.copy(), self._time)
         if self._contact is not None:
-            self._contact.centre = self._sphere - origin
+            self._contact.centre = self._sphere - self._origin[:, 0, 0]
             self._contact.velocity = (self._sphere_target - self._sphere) / seconds
-        self._air[:] = self._wind
-        for n in range(count):
-            if self._gusts is not None:
-                self._air[:] = self._wind + self._gusts.velocity(start + n * h)
-            self._method.step(self._state, h)
-            if self._contact is not None:
-                self._contact.resolve(self._state, h)
+        self._substeps = 0
+        h = seconds / count
+        for first in range(0, count, LOOK_EVERY):
+            fine = refinement(self._scene, h, greatest_speed(self._state))
+            self._run(fine * min(LOOK_EVERY, count - first), h / fine)
         if not np.isfinite(self._state.velocity).all():
-            self._state.position, self._state.velocity = before
+            self._state.position, self._state.velocity, self._time = before
             self._forget_contact()
             raise FloatingPointError(
                 f'the state after {seconds:g} s would not be finite; the cloth stays as it was '
-                f'at {start:g} s'
+                f'at {self._time:g} s'
             )
-        self._substeps = count
-        self._time = start + seconds
+        self._time = before[2] + seconds
         self._sphere = self._sphere_target
+
+    def _run(self, count: int, h: float) -> None:
+        """Simulate `count` substeps of `h` s."""
+        self._air[:] = self._wind
+        for _ in range(count):
+            if self._gusts is not None:
+                self._air[:] = self._wind + self._gusts.velocity(self._time)
+            self._method.step(self._state, h)
+            if self._contact is not None:
+                self._contact.resolve(self._state, h)
+            self._time += h
+        self._substeps += count
 
     def energy(self) -> float:
         """Return kinetic, elastic and gravitational energy together, J."""

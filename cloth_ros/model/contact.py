@@ -21,24 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from .compile import exact, kernel, reduction
+from .compile import exact, reduction
 from .lattice import Array, Lattice
 from .scene import Sphere
-from .state import State
+from .state import State, greatest_speed
 from .sweep import sweep
 
 # Depth that is left uncorrected, as a share of the radius and in m.
 _TOLERANCE_SHARE = 0.01
 _TOLERANCE = 1e-4
-
-
-@reduction
-def _greatest_speed_squared(velocity, size):  # type: ignore[no-untyped-def]
-    greatest = velocity.dtype.type(0)
-    for i in range(np.uint64(size)):
-        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        greatest = max(greatest, u * u + v * v + w * w)
-    return greatest
 
 
 @reduction
@@ -218,8 +209,7 @@ class SphereContact:
         start, end = self.centre, self.centre + h * self.velocity
         self.centre = end
         sphere_speed = float(np.linalg.norm(self.velocity))
-        speed = float(np.sqrt(_greatest_speed_squared(state.velocity, self._lattice.size)))
-        self._clearance -= h * (speed + sphere_speed)
+        self._clearance -= h * (greatest_speed(state) + sphere_speed)
         if self._clearance > 0:
             return
         lattice = self._lattice

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .compile import kernel
+from .compile import kernel, reduction
 from .lattice import GHOST, Array, Lattice
 
 
@@ -76,3 +77,17 @@ def kick(state: State, decay: float, gain: float) -> None:
         state.dtype(decay),
         state.dtype(gain),
     )
+
+
+@reduction
+def _greatest_square(velocity, size):  # type: ignore[no-untyped-def]
+    greatest = velocity.dtype.type(0)
+    for i in range(np.uint64(size)):
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        greatest = max(greatest, u * u + v * v + w * w)
+    return greatest
+
+
+def greatest_speed(state: State) -> float:
+    """Return the speed of the fastest particle, m/s."""
+    return math.sqrt(_greatest_square(state.velocity, state.lattice.size))

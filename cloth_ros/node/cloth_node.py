@@ -232,21 +232,22 @@ class ClothNode(Node):
     def _publish_diagnostics(self) -> None:
         cloth = self._cloth
         factor, lost = self._pacing.take_report()
-        warning = ''
+        warn = not self._paused
         if self._paused:
-            warning = 'paused'
+            message = 'paused'
         elif lost > 0:
-            warning = f'overload: slow motion, {lost:.3g} s lost since the last report'
+            message = f'overload: slow motion, {lost:.3g} s lost since the last report'
+            self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
         elif cloth.coarse:
-            warning = 'overload: coarsened to the stability limit'
-        if warning and lost > 0:
-            self._log.warning(warning, throttle_duration_sec=_WARNING_EVERY)
+            message = 'overload: coarsened to the stability limit'
+        else:
+            message, warn = 'running in real time', False
         if not self._diagnostics_out.get_subscription_count():
             return
         values = {
             'real-time factor': factor,
             'simulated time [s]': cloth.time,
-            'substeps per tick': round(1 / (cloth.scene.rate * cloth.substep)),
+            'substeps in the last tick': cloth.substeps,
             'step [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
@@ -261,7 +262,7 @@ class ClothNode(Node):
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
-        self._diagnostics_out.publish(diagnostics_message(header, name, warning, values))
+        self._diagnostics_out.publish(diagnostics_message(header, name, message, values, warn=warn))
 
 
 class _Stop:

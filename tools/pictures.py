@@ -1,0 +1,122 @@
+"""
+Render the scenes for the README.
+
+    python -m tools.pictures DIRECTORY
+
+Each picture is the state of a scene in config/ after a time, with the commands that the text
+beside it in the README tells of.  Drawn off screen; VTK needs EGL or OSMesa for that.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyvista
+
+from cloth_ros import Cloth, Scene
+
+_CONFIG = Path(__file__).parent.parent / 'config'
+_SIZE = (900, 720)
+
+
+class View(NamedTuple):
+    """Where the camera stands and looks, m, and where the floor is drawn."""
+
+    eye: tuple[float, float, float]
+    focus: tuple[float, float, float]
+    floor: float
+
+
+def _mesh(positions: np.ndarray) -> pyvista.PolyData:
+    rows, columns, _ = positions.shape
+    index = np.arange(rows * columns).reshape(rows, columns)
+    near, right, down, far = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    corners = np.stack([near, right, down, far, down, right], axis=-1).reshape(-1, 3)
+    return pyvista.PolyData.from_regular_faces(positions.reshape(-1, 3), corners)
+
+
+def render(cloth: Cloth, path: Path, view: View) -> None:
+    """Draw a cloth, its sphere and its pins."""
+    scene = cloth.scene
+    plotter = pyvista.Plotter(off_screen=True, window_size=_SIZE, lighting='none')
+    plotter.set_background('white', top='#d5dee8')
+    plotter.enable_anti_aliasing('ssaa')
+    plotter.add_mesh(
+        _mesh(cloth.positions),
+        color='#d0453c',
+        backface_params={'color': '#e8a66a'},
+        smooth_shading=True,
+        ambient=0.3,
+        specular=0.15,
+        specular_power=8,
+    )
+    if scene.sphere.radius > 0:
+        # A little smaller than it is, as the flat facets of the drawn cloth would cut into it.
+        ball = pyvista.Sphere(
+            0.99 * scene.sphere.radius, cloth.sphere_position, theta_resolution=64,
+            phi_resolution=64,
+        )
+        plotter.add_mesh(ball, color='#4d7fc4', smooth_shading=True, ambient=0.25, specular=0.4)
+    pinned = cloth.positions[scene.pinned()]
+    if len(pinned):
+        pins = pyvista.PolyData(pinned).glyph(geom=pyvista.Sphere(0.012), scale=False, orient=False)
+        plotter.add_mesh(pins, color='#222222')
+    floor = pyvista.Plane(
+        (view.focus[0], view.focus[1], view.floor), i_size=3, j_size=3, i_resolution=15,
+        j_resolution=15,
+    )
+    plotter.add_mesh(floor, color='#e9edf1', ambient=0.5, show_edges=True, edge_color='#c3ccd6')
+    sun = pyvista.Light(position=(view.eye[0] + 1.5, view.eye[1] + 0.5, 5), intensity=0.65)
+    sky = pyvista.Light(position=(view.focus[0], view.focus[1], 6), intensity=0.25)
+    head = pyvista.Light(light_type='headlight', intensity=0.3)
+    for light in (sun, sky, head):
+        light.focal_point = view.focus if light is not head else (0, 0, 0)
+        plotter.add_light(light)
+    plotter.camera.position = view.eye
+    plotter.camera.focal_point = view.focus
+    plotter.camera.up = (0, 0, 1)
+    plotter.camera.view_angle = 28
+    plotter.screenshot(path)
+    plotter.close()
+
+
+def _run(scene: str, seconds: float, command: Callable[[Cloth], None] | None = None) -> Cloth:
+    cloth = Cloth(Scene.from_yaml(_CONFIG / scene))
+    for _ in range(round(seconds * 60)):
+        if command is not None:
+            command(cloth)
+        cloth.advance(1 / 60)
+    return cloth
+
+
+def _push(cloth: Cloth) -> None:
+    """Move the small sphere from 1.5 m to 0.6 m at 20 m/s."""
+    cloth.move_sphere((0.0, 0.0, max(1.5 - 20 * (cloth.time + 1 / 60), 0.6)))
+
+
+def main() -> None:
+    """Render every picture into the directory that the command line names."""
+    directory = Path(sys.argv[1] if len(sys.argv) > 1 else 'docs/pictures')
+    directory.mkdir(parents=True, exist_ok=True)
+    hanging = View((1.8, -2.8, 1.75), (0, -0.2, 1.0), 0.35)
+    pictures = {
+        'falling': (_run('hanging.yaml', 0.35), hanging),
+        'at_rest': (_run('hanging.yaml', 12.0), hanging),
+        'wind': (_run('gust.yaml', 5.6), View((2.5, 2.3, 1.9), (0.0, 0.0, 1.32), 0.6)),
+        'sphere': (_run('drop_on_sphere.yaml', 1.6), View((1.7, -2.3, 1.9), (0, 0, 0.72), 0.1)),
+        'small_fast_sphere': (
+            _run('small_fast_sphere.yaml', 1.0, _push),
+            View((1.0, -1.9, 2.6), (0, 0, 0.75), 0.3),
+        ),
+    }
+    for name, (cloth, view) in pictures.items():
+        render(cloth, directory / f'{name}.png', view)
+        print(directory / f'{name}.png')
+
+
+if __name__ == '__main__':
+    main()
