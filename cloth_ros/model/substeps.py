@@ -95,4 +95,6 @@ def refinement(scene: Scene, substep: float, speed: float) -> int:
         return 1
     lengths = zip(sheet.spacing, (sheet.columns, sheet.rows), strict=True)
     shortest = min(length for length, count in lengths if count > 1)
-    return min(max(math.ceil(speed * substep / (_TRAVEL * shortest)), 1), _FINEST)
+    division = speed * substep / (_TRAVEL * shortest)
+    # Not finite compares as false.
+    return max(math.ceil(division), 1) if division < _FINEST else _FINEST

@@ -10,6 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from types import FrameType
+from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -36,7 +37,7 @@ from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
-_QOS = QoSProfile(depth=5)
+_DEPTH = 5
 _WARNING_EVERY = 5.0  # s, between two warnings of one kind
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
@@ -54,6 +55,7 @@ class ClothNode(Node):
         self._pacing = Pacing()
         self._paused = False
         self._rejected: Counter[str] = Counter()
+        self._input_loggers: dict[str, Any] = {}
         self._unfinished = 0
         self._frames = Frames(self, scene.frame_id)
         self._particles = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
@@ -79,11 +81,14 @@ class ClothNode(Node):
 
     def _publisher(self, kind: type, topic: str):  # type: ignore[no-untyped-def]
         overridable = QoSOverridingOptions.with_default_policies()
-        return self.create_publisher(kind, topic, _QOS, qos_overriding_options=overridable)
+        # A profile of its own each: rclpy writes the overrides into it.
+        qos = QoSProfile(depth=_DEPTH)
+        return self.create_publisher(kind, topic, qos, qos_overriding_options=overridable)
 
     def _subscribe(self, kind: type, topic: str, callback: Callable[..., None]) -> None:
         overridable = QoSOverridingOptions.with_default_policies()
-        self.create_subscription(kind, topic, callback, _QOS, qos_overriding_options=overridable)
+        qos = QoSProfile(depth=_DEPTH)
+        self.create_subscription(kind, topic, callback, qos, qos_overriding_options=overridable)
 
     def _greet(self) -> None:
         scene, cloth = self._cloth.scene, self._cloth
@@ -111,14 +116,14 @@ class ClothNode(Node):
         if hasattr(self, '_timer'):
             self.destroy_timer(self._timer)
         simulated = self.get_parameter('use_sim_time').value
-        self._clock = self.get_clock() if simulated else self._steady
+        self._ticking = self.get_clock() if simulated else self._steady
         period = 1.0 / self._cloth.scene.rate
-        self._last = self._clock.now().nanoseconds
+        self._last = self._ticking.now().nanoseconds
         self._next_markers = 0.0
-        self._timer = self.create_timer(period, self._tick, clock=self._clock)
+        self._timer = self.create_timer(period, self._tick, clock=self._ticking)
 
     def _tick(self) -> None:
-        now = self._clock.now().nanoseconds
+        now = self._ticking.now().nanoseconds
         elapsed, self._last = (now - self._last) * 1e-9, now
         if self._paused:
             self._pacing.forget()
@@ -169,7 +174,9 @@ class ClothNode(Node):
 
     def _reject(self, topic: str, reason: object) -> None:
         self._rejected[topic] += 1
-        self._log.warning(
+        # rclpy throttles by logger and line: each topic has a logger of its own.
+        logger = self._input_loggers.setdefault(topic, self._log.get_child(topic))
+        logger.warning(
             f'refused a message on {topic}: {reason}', throttle_duration_sec=_WARNING_EVERY
         )
 

@@ -59,8 +59,9 @@ class Pacing:
             self.lost += excess
             self.pending -= excess
         count = math.floor(self.pending / substep + 1e-6)
-        if self._cost:
-            count = min(count, max(int(_SHARE * tick / self._cost), 1))
+        affordable = _SHARE * tick / self._cost if self._cost else math.inf
+        if count > affordable:
+            count = max(int(affordable), 1)
         return count
 
     def done(self, count: int, substep: float, wall: float) -> None:

@@ -1,0 +1,15 @@
+import math
+
+import pytest
+from geometry_msgs.msg import Quaternion, Transform, Vector3
+
+from cloth_ros.node.frames import transformed
+
+
+def test_points_are_turned_and_shifted_and_vectors_turned_only():
+    quarter = Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5))
+    transform = Transform(translation=Vector3(x=10.0, y=20.0, z=30.0), rotation=quarter)
+    point = transformed((1.0, 0.0, 2.0), transform, is_point=True)
+    assert point == pytest.approx((10.0, 21.0, 32.0))
+    vector = transformed((1.0, 0.0, 2.0), transform, is_point=False)
+    assert vector == pytest.approx((0.0, 1.0, 2.0))
