@@ -1,11 +1,12 @@
 """Start the cloth, and RViz beside it if asked to."""
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -20,7 +21,7 @@ def generate_launch_description() -> LaunchDescription:
         DeclareLaunchArgument(
             'namespace',
             default_value='',
-            description='Namespace of the node; several cloths run side by side in different ones.',
+            description='Namespace of the node; cloths in different ones run side by side.',
         ),
         DeclareLaunchArgument(
             'use_sim_time',

@@ -41,7 +41,7 @@ class Process:
     """A started process, with what it has printed."""
 
     def __init__(self, command: list[str], environment: dict[str, str]) -> None:
-        self._output = tempfile.TemporaryFile('w+')
+        self._output = tempfile.TemporaryFile('w+')  # noqa: SIM115, as long as the process
         self.process = subprocess.Popen(
             command, stdout=self._output, stderr=subprocess.STDOUT, env=environment, cwd=ROOT
         )
@@ -101,9 +101,7 @@ def start_cloth(start: Callable[..., Process]) -> Callable[..., Process]:
         arguments = list(ros_arguments)
         for name, value in parameters.items():
             arguments += ['-p', f'{name.replace("__", ".")}:={value}']
-        node = start(
-            sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', *arguments
-        )
+        node = start(sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', *arguments)
         node.wait_for_output('publishing')
         return node
 

@@ -11,11 +11,20 @@ from cloth_ros import Cloth, Scene
 
 def airborne(**changes: object) -> Scene:
     """Nothing but air acts."""
-    return Scene().with_parameters({
-        'sheet.rows': 5, 'sheet.columns': 6, 'pins': [''], 'drag': 0.0, 'gravity': [0, 0, 0],
-        'springs.structural': 0.0, 'springs.shear': 0.0, 'springs.bending': 0.0,
-        'solver.precision': 'double', **changes,
-    })
+    return Scene().with_parameters(
+        {
+            'sheet.rows': 5,
+            'sheet.columns': 6,
+            'pins': [''],
+            'drag': 0.0,
+            'gravity': [0, 0, 0],
+            'springs.structural': 0.0,
+            'springs.shear': 0.0,
+            'springs.bending': 0.0,
+            'solver.precision': 'double',
+            **changes,
+        }
+    )
 
 
 @settings(max_examples=30, deadline=None)
@@ -56,10 +65,17 @@ def test_a_sheet_ends_with_the_wind():
 @pytest.mark.parametrize('drag', [0.0, 2.0])
 @pytest.mark.parametrize('substeps', [1, 60])
 def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps):
-    cloth = Cloth(airborne(**{
-        'sheet.rows': 9, 'sheet.columns': 9, 'gravity': [0, 0, -9.81], 'drag': drag,
-        'solver.substeps': substeps,
-    }))
+    cloth = Cloth(
+        airborne(
+            **{
+                'sheet.rows': 9,
+                'sheet.columns': 9,
+                'gravity': [0, 0, -9.81],
+                'drag': drag,
+                'solver.substeps': substeps,
+            }
+        )
+    )
     # Without springs each particle falls for itself; an inner one carries dx dy of area.
     k = 0.5 * 1.2 * (1 / 8) ** 2 / cloth.scene.sheet.particle_mass  # k v² + drag v = g
     terminal = (-drag + math.sqrt(drag**2 + 4 * k * 9.81)) / (2 * k)
@@ -74,7 +90,9 @@ def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps):
 
 @settings(max_examples=20, deadline=None)
 @given(
-    speed=st.floats(0, 1e4), seed=st.integers(0, 2**31), seconds=st.floats(1e-4, 1.0),
+    speed=st.floats(0, 1e4),
+    seed=st.integers(0, 2**31),
+    seconds=st.floats(1e-4, 1.0),
     precision=st.sampled_from(['single', 'double']),
 )
 def test_no_wind_makes_the_sheet_faster_than_itself(speed, seed, seconds, precision):

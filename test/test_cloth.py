@@ -73,15 +73,15 @@ def test_substeps_fill_the_tick_and_respect_the_limit():
 
 
 def test_a_tighter_tolerance_takes_more_substeps_and_is_closer():
-    reference = Cloth(Scene().with_parameters({
-        'solver.substeps': 2000, 'solver.precision': 'double'
-    }))
+    reference = Cloth(
+        Scene().with_parameters({'solver.substeps': 2000, 'solver.precision': 'double'})
+    )
     reference.advance(0.5)
     errors = []
     for tolerance in (0.01, 0.001, 0.0001):
-        cloth = Cloth(Scene().with_parameters({
-            'solver.tolerance': tolerance, 'solver.precision': 'double'
-        }))
+        cloth = Cloth(
+            Scene().with_parameters({'solver.tolerance': tolerance, 'solver.precision': 'double'})
+        )
         cloth.advance(0.5)
         errors.append(np.linalg.norm(cloth.positions - reference.positions, axis=-1).max())
         assert errors[-1] < 1.5 * tolerance
@@ -112,7 +112,7 @@ def test_arrays_are_copies_that_say_so():
 def test_wind_that_cannot_be_is_refused_and_the_old_one_holds(wind):
     cloth = Cloth(SMALL)
     cloth.wind = (1, 2, 3)
-    with pytest.raises(ValueError, match='wind is .*-10000 to 10000 m/s'):
+    with pytest.raises(ValueError, match=r'wind is .*-10000 to 10000 m/s'):
         cloth.wind = wind
     assert cloth.wind == (1, 2, 3)
 
@@ -155,8 +155,9 @@ def test_a_state_that_would_not_be_finite_is_not_taken():
 
 
 def test_energy_is_the_sum_of_its_kinds():
-    cloth = Cloth(Scene(sheet={'rows': 1, 'columns': 2, 'mass': 3.0, 'position': (0, 0, 2)},
-                        pins=['']))
+    cloth = Cloth(
+        Scene(sheet={'rows': 1, 'columns': 2, 'mass': 3.0, 'position': (0, 0, 2)}, pins=[''])
+    )
     cloth.positions = np.array([[[0, 0, 2], [0, 0, 3.5]]])
     cloth.velocities = np.array([[[0, 0, 0], [0, 2, 0]]])
     by_kind = cloth.energy_by_kind()

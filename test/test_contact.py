@@ -79,11 +79,14 @@ def test_no_sphere_ends_in_a_triangle(seed, rows, columns, radius, speed, pinned
     generator = np.random.default_rng(seed)
     start = generator.normal(size=3)
     start *= (0.75 + radius) / np.linalg.norm(start)
-    cloth = Cloth(Scene(
-        sheet={'rows': rows, 'columns': columns, 'position': (0, 0, 0)},
-        pins=['0,0'] if pinned else [''],
-        sphere={'radius': radius, 'position': start}, solver={'precision': precision},
-    ))
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': rows, 'columns': columns, 'position': (0, 0, 0)},
+            pins=['0,0'] if pinned else [''],
+            sphere={'radius': radius, 'position': start},
+            solver={'precision': precision},
+        )
+    )
     direction = generator.normal(0, 0.2, 3) - start
     direction /= np.linalg.norm(direction)
     for n in range(1, 25):
@@ -99,10 +102,14 @@ def test_no_sphere_ends_in_a_triangle(seed, rows, columns, radius, speed, pinned
 
 @pytest.mark.parametrize('precision', ['single', 'double'])
 def test_a_sheet_that_starts_in_the_sphere_is_pushed_out(precision):
-    cloth = Cloth(Scene(
-        pins=[''], sphere={'radius': 0.2, 'position': (0.01, 0.02, 1.03)}, gravity=(0, 0, 0),
-        solver={'precision': precision},
-    ))
+    cloth = Cloth(
+        Scene(
+            pins=[''],
+            sphere={'radius': 0.2, 'position': (0.01, 0.02, 1.03)},
+            gravity=(0, 0, 0),
+            solver={'precision': precision},
+        )
+    )
     for _ in range(30):
         cloth.advance(1 / 60)
     assert depth(cloth) < TOLERANCE + ROUNDING
@@ -111,16 +118,22 @@ def test_a_sheet_that_starts_in_the_sphere_is_pushed_out(precision):
 def resting(friction: float, tilt: float) -> Cloth:
     """A small sheet on a sphere so large that it is a plane, under tilted gravity."""
     gravity = (9.81 * math.sin(tilt), 0, -9.81 * math.cos(tilt))
-    return Cloth(Scene(
-        sheet={'rows': 5, 'columns': 5, 'size': (0.1, 0.1), 'position': (0, 0, 1e-5)}, pins=[''],
-        sphere={'radius': 500.0, 'position': (0, 0, -500), 'friction': friction}, drag=0.0,
-        wind={'air_density': 0.0}, gravity=gravity, solver={'precision': 'double'},
-    ))
+    return Cloth(
+        Scene(
+            sheet={'rows': 5, 'columns': 5, 'size': (0.1, 0.1), 'position': (0, 0, 1e-5)},
+            pins=[''],
+            sphere={'radius': 500.0, 'position': (0, 0, -500), 'friction': friction},
+            drag=0.0,
+            wind={'air_density': 0.0},
+            gravity=gravity,
+            solver={'precision': 'double'},
+        )
+    )
 
 
 @pytest.mark.parametrize('tilt', [0.2, 0.5])
 def test_friction_is_coulombs(tilt):
-    """A block on an incline: it sticks below tan(tilt) = μ, and slides at g (sin − μ cos) above."""
+    """A block on an incline: it sticks for μ > tan(tilt), else slides at g (sin − μ cos)."""
     stuck = resting(1.2 * math.tan(tilt), tilt)
     stuck.advance(0.5)
     assert np.abs(stuck.positions - resting(0, tilt).positions).max() < 2e-3
@@ -137,11 +150,17 @@ def test_friction_is_coulombs(tilt):
 @given(seed=st.integers(0, 2**31), friction=st.floats(0, 2))
 def test_a_sphere_at_rest_adds_no_energy(seed, friction):
     generator = np.random.default_rng(seed)
-    cloth = Cloth(Scene(
-        sheet={'rows': 8, 'columns': 8, 'position': (0, 0, 0)}, pins=[''], drag=0.0,
-        sphere={'radius': 0.25, 'position': (0.1, 0, -0.5), 'friction': friction},
-        wind={'air_density': 0.0}, gravity=(0, 0, 0), solver={'precision': 'double'},
-    ))
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': 8, 'columns': 8, 'position': (0, 0, 0)},
+            pins=[''],
+            drag=0.0,
+            sphere={'radius': 0.25, 'position': (0.1, 0, -0.5), 'friction': friction},
+            wind={'air_density': 0.0},
+            gravity=(0, 0, 0),
+            solver={'precision': 'double'},
+        )
+    )
     cloth.velocities = np.broadcast_to((*generator.normal(0, 0.5, 2), -4.0), (8, 8, 3))
     energies = [cloth.energy()]
     for _ in range(40):
@@ -153,10 +172,13 @@ def test_a_sphere_at_rest_adds_no_energy(seed, friction):
 
 @pytest.mark.parametrize(('rows', 'columns'), [(1, 12), (12, 1)])
 def test_a_chain_is_caught_between_its_particles(rows, columns):
-    cloth = Cloth(Scene(
-        sheet={'rows': rows, 'columns': columns}, pins=['0,0', '-1,-1'],
-        sphere={'radius': 0.02, 'position': (0, 0, 1.5)},
-    ))
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': rows, 'columns': columns},
+            pins=['0,0', '-1,-1'],
+            sphere={'radius': 0.02, 'position': (0, 0, 1.5)},
+        )
+    )
     along = cloth.positions.reshape(-1, 3)
     middle = along[5:7].mean(0)
     for z in np.linspace(1.5, 0.7, 30):
@@ -169,10 +191,15 @@ def test_a_chain_is_caught_between_its_particles(rows, columns):
 
 
 def test_a_single_particle_is_caught():
-    cloth = Cloth(Scene(
-        sheet={'rows': 1, 'columns': 1}, pins=[''], sphere={'radius': 0.1, 'position': (0, 0, 2)},
-        gravity=(0, 0, 0), wind={'air_density': 0.0},
-    ))
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': 1, 'columns': 1},
+            pins=[''],
+            sphere={'radius': 0.1, 'position': (0, 0, 2)},
+            gravity=(0, 0, 0),
+            wind={'air_density': 0.0},
+        )
+    )
     cloth.move_sphere((0, 0, 0.5))
     cloth.advance(0.01)
     np.testing.assert_allclose(cloth.positions[0, 0], (0, 0, 0.4), atol=TOLERANCE)
@@ -181,5 +208,5 @@ def test_a_single_particle_is_caught():
 def test_without_a_sphere_there_is_nothing_to_move():
     with pytest.raises(ValueError, match=r'sphere\.radius'):
         Cloth(Scene()).move_sphere((0, 0, 1))
-    with pytest.raises(ValueError, match='sphere position is .*nan'):
+    with pytest.raises(ValueError, match=r'sphere position is .*nan'):
         Cloth(Scene(sphere={'radius': 1.0})).move_sphere((0, math.nan, 1))

@@ -15,8 +15,12 @@ UPRIGHT = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # rows run down, along -z
 def scene(**changes: object) -> Scene:
     """No air, no drag, nothing pinned, structural springs only, double precision."""
     base = {
-        'pins': [''], 'drag': 0.0, 'wind.air_density': 0.0, 'springs.shear': 0.0,
-        'springs.bending': 0.0, 'solver.precision': 'double',
+        'pins': [''],
+        'drag': 0.0,
+        'wind.air_density': 0.0,
+        'springs.shear': 0.0,
+        'springs.bending': 0.0,
+        'solver.precision': 'double',
     }
     return Scene().with_parameters({**base, **changes})
 
@@ -31,10 +35,16 @@ def frequency(times: np.ndarray, values: np.ndarray) -> float:
 @pytest.mark.parametrize('precision', ['single', 'double'])
 @pytest.mark.parametrize('substeps', [40, 200])
 def test_free_fall_is_exact_to_the_rounding_of_the_method(precision, substeps):
-    cloth = Cloth(scene(**{
-        'sheet.rows': 6, 'sheet.columns': 7, 'solver.precision': precision,
-        'solver.substeps': substeps,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 6,
+                'sheet.columns': 7,
+                'solver.precision': precision,
+                'solver.substeps': substeps,
+            }
+        )
+    )
     start = cloth.positions
     for _ in range(60):
         cloth.advance(1 / 60)
@@ -51,11 +61,20 @@ def test_free_fall_is_exact_to_the_rounding_of_the_method(precision, substeps):
 @pytest.mark.parametrize('precision', ['single', 'double'])
 def test_a_hanging_chain_sags_by_the_weights_below(precision):
     n, mass, stiffness = 11, 0.2, 500.0
-    cloth = Cloth(scene(**{
-        'sheet.rows': n, 'sheet.columns': 1, 'sheet.orientation': UPRIGHT, 'sheet.mass': mass,
-        'pins': ['0,0'], 'springs.structural': stiffness, 'drag': 20.0,
-        'solver.precision': precision,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': n,
+                'sheet.columns': 1,
+                'sheet.orientation': UPRIGHT,
+                'sheet.mass': mass,
+                'pins': ['0,0'],
+                'springs.structural': stiffness,
+                'drag': 20.0,
+                'solver.precision': precision,
+            }
+        )
+    )
     cloth.advance(10.0)
     sag = -np.diff(cloth.positions[:, 0, 2]) - 1 / (n - 1)
     below = np.arange(n - 1, 0, -1) * mass / n
@@ -65,10 +84,18 @@ def test_a_hanging_chain_sags_by_the_weights_below(precision):
 @pytest.mark.parametrize('mode', [1, 2, 5, 10])
 def test_a_chain_vibrates_in_its_modes(mode):
     n, mass, stiffness = 10, 0.2, 500.0  # free particles between two pinned ones
-    cloth = Cloth(scene(**{
-        'sheet.rows': 1, 'sheet.columns': n + 2, 'sheet.mass': mass, 'gravity': [0, 0, 0],
-        'pins': ['0,0', '0,-1'], 'springs.structural': stiffness,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 1,
+                'sheet.columns': n + 2,
+                'sheet.mass': mass,
+                'gravity': [0, 0, 0],
+                'pins': ['0,0', '0,-1'],
+                'springs.structural': stiffness,
+            }
+        )
+    )
     shape = np.sin(mode * np.pi * np.arange(n + 2) / (n + 1))
     rest = cloth.positions
     displaced = rest.copy()
@@ -91,10 +118,19 @@ def test_a_chain_vibrates_in_its_modes(mode):
 @pytest.mark.parametrize('degrees', [10, 60, 120])
 def test_a_stiff_pendulum_swings_with_the_period_of_the_elliptic_integral(degrees):
     length, amplitude = 1.0, math.radians(degrees)
-    cloth = Cloth(scene(**{
-        'sheet.rows': 1, 'sheet.columns': 2, 'sheet.size': [length, 1.0], 'pins': ['0,0'],
-        'springs.structural': 2e5, 'sheet.position': [0, 0, 0], 'solver.substeps': 400,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 1,
+                'sheet.columns': 2,
+                'sheet.size': [length, 1.0],
+                'pins': ['0,0'],
+                'springs.structural': 2e5,
+                'sheet.position': [0, 0, 0],
+                'solver.substeps': 400,
+            }
+        )
+    )
     pivot = cloth.positions[0, 0]
     start = pivot + length * np.array([math.sin(amplitude), 0, -math.cos(amplitude)])
     cloth.positions = np.stack([pivot, start])[None]
@@ -115,10 +151,19 @@ def test_a_stiff_pendulum_swings_with_the_period_of_the_elliptic_integral(degree
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**31), st.sampled_from(['single', 'double']))
 def test_momentum_is_kept_without_outer_forces(seed, precision):
-    cloth = Cloth(scene(**{
-        'sheet.rows': 8, 'sheet.columns': 9, 'gravity': [0, 0, 0], 'springs.shear': 100.0,
-        'springs.bending': 20.0, 'springs.damping': 0.01, 'solver.precision': precision,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 8,
+                'sheet.columns': 9,
+                'gravity': [0, 0, 0],
+                'springs.shear': 100.0,
+                'springs.bending': 20.0,
+                'springs.damping': 0.01,
+                'solver.precision': precision,
+            }
+        )
+    )
     generator = np.random.default_rng(seed)
     cloth.positions = cloth.positions + generator.normal(0, 0.05, (8, 9, 3))
     cloth.velocities = generator.normal(0, 1, (8, 9, 3))
@@ -135,10 +180,17 @@ def test_momentum_is_kept_without_outer_forces(seed, precision):
 
 
 def test_energy_stays_without_damping():
-    cloth = Cloth(scene(**{
-        'sheet.rows': 10, 'sheet.columns': 10, 'pins': ['0,0', '0,-1'], 'springs.shear': 250.0,
-        'springs.bending': 50.0,
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 10,
+                'sheet.columns': 10,
+                'pins': ['0,0', '0,-1'],
+                'springs.shear': 250.0,
+                'springs.bending': 50.0,
+            }
+        )
+    )
     start = cloth.energy()
     swing = 0.2 * 9.81 * 1.0  # J, what the fall of the sheet by its length turns over
     for _ in range(20):
@@ -148,10 +200,17 @@ def test_energy_stays_without_damping():
 
 @pytest.mark.parametrize('ticks', [30, 60, 240])
 def test_velocity_decays_at_the_rate_given(ticks):
-    cloth = Cloth(scene(**{
-        'sheet.rows': 3, 'sheet.columns': 3, 'gravity': [0, 0, 0], 'drag': 1.5,
-        'rate': float(ticks),
-    }))
+    cloth = Cloth(
+        scene(
+            **{
+                'sheet.rows': 3,
+                'sheet.columns': 3,
+                'gravity': [0, 0, 0],
+                'drag': 1.5,
+                'rate': float(ticks),
+            }
+        )
+    )
     cloth.velocities = np.broadcast_to((1.0, 2.0, -3.0), (3, 3, 3))
     for _ in range(ticks):
         cloth.advance(1 / ticks)
@@ -161,9 +220,16 @@ def test_velocity_decays_at_the_rate_given(ticks):
 
 def test_drag_and_gravity_give_the_terminal_velocity_whatever_the_step():
     for substeps in (1, 7):
-        cloth = Cloth(scene(**{
-            'sheet.rows': 1, 'sheet.columns': 1, 'drag': 4.0, 'solver.substeps': substeps,
-        }))
+        cloth = Cloth(
+            scene(
+                **{
+                    'sheet.rows': 1,
+                    'sheet.columns': 1,
+                    'drag': 4.0,
+                    'solver.substeps': substeps,
+                }
+            )
+        )
         cloth.advance(20.0)
         np.testing.assert_allclose(cloth.velocities[0, 0], (0, 0, -9.81 / 4), rtol=1e-12)
 
@@ -183,16 +249,21 @@ def test_energy_is_lost_at_the_same_rate_whatever_the_tick():
 @given(
     pins=st.lists(
         st.tuples(st.integers(0, 5), st.integers(0, 6)).map(lambda pin: f'{pin[0]},{pin[1]}'),
-        min_size=1, max_size=5,
+        min_size=1,
+        max_size=5,
     ),
     wind=st.tuples(*[st.floats(-50, 50)] * 3),
     precision=st.sampled_from(['single', 'double']),
 )
 def test_pins_do_not_move_by_one_bit(pins, wind, precision):
-    cloth = Cloth(Scene(
-        sheet={'rows': 6, 'columns': 7, 'position': (0.3, -0.7, 1.1)}, pins=pins,
-        sphere={'radius': 0.1, 'position': (0.3, -0.7, 1.5)}, solver={'precision': precision},
-    ))
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': 6, 'columns': 7, 'position': (0.3, -0.7, 1.1)},
+            pins=pins,
+            sphere={'radius': 0.1, 'position': (0.3, -0.7, 1.5)},
+            solver={'precision': precision},
+        )
+    )
     cloth.wind = wind
     pinned, start = cloth.scene.pinned(), cloth.positions
     cloth.move_sphere((0.3, -0.7, 0.7))

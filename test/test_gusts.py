@@ -9,8 +9,15 @@ GUST = Gust(period=5.0, duration=1.0, direction=(0, 2, 0), speed=(1.0, 4.0), see
 
 def test_a_gust_blows_every_period_for_its_duration():
     gusts = Gusts(GUST)
-    for time, blows in ((0.5, False), (4.99, False), (5.0, True), (5.99, True), (6.0, False),
-                        (10.5, True), (1000.1, True)):
+    for time, blows in (
+        (0.5, False),
+        (4.99, False),
+        (5.0, True),
+        (5.99, True),
+        (6.0, False),
+        (10.5, True),
+        (1000.1, True),
+    ):
         assert gusts.velocity(time).any() == blows, time
 
 
@@ -35,7 +42,9 @@ def test_gusts_are_a_function_of_seed_and_time_alone():
 
 def test_a_cloth_feels_its_gusts_and_repeats_them_after_a_reset():
     scene = Scene(
-        sheet={'rows': 6, 'columns': 6}, gravity=(0, 0, 0), drag=0.0,
+        sheet={'rows': 6, 'columns': 6},
+        gravity=(0, 0, 0),
+        drag=0.0,
         wind={'gust': {'period': 0.5, 'duration': 0.2, 'direction': (0, 0, 1), 'speed': (3, 5)}},
     )
     cloth = Cloth(scene)

@@ -19,8 +19,11 @@ STAMP = (1_700_000_001, 999_999_999)
 SCENES = {
     'default': Scene(),
     'everything': Scene(
-        sheet={'rows': 5, 'columns': 8, 'position': (1, 2, 3)}, sphere={'radius': 0.2},
-        markers={'springs': True}, pins=['0,:'], frame_id='a/frame_of_odd_length',
+        sheet={'rows': 5, 'columns': 8, 'position': (1, 2, 3)},
+        sphere={'radius': 0.2},
+        markers={'springs': True},
+        pins=['0,:'],
+        frame_id='a/frame_of_odd_length',
     ),
     'little': Scene(sheet={'rows': 3, 'columns': 4}, pins=[''], wind={'air_density': 0.0}),
     'chain': Scene(sheet={'rows': 1, 'columns': 9}),
@@ -76,8 +79,11 @@ def test_markers_read_by_rclpy(cloth):
     sheet = rows > 1 and columns > 1
     lines = scene.markers.springs or (not sheet and rows * columns > 1)
     expected = {
-        'sheet': sheet, 'pins': scene.pinned().any(), 'springs': lines,
-        'sphere': scene.sphere.radius > 0, 'wind': scene.wind.present,
+        'sheet': sheet,
+        'pins': scene.pinned().any(),
+        'springs': lines,
+        'sphere': scene.sphere.radius > 0,
+        'wind': scene.wind.present,
     }
     assert set(by_name) == {name for name, present in expected.items() if present}
     for marker in message.markers:
@@ -121,8 +127,9 @@ def test_markers_read_by_rclpy(cloth):
         assert by_name['sphere'].scale.z == 2 * scene.sphere.radius
     if 'wind' in by_name:
         start, tip = points('wind')
-        np.testing.assert_allclose((tip - start) / np.linalg.norm(tip - start),
-                                   np.array((1, 2, -3)) / math.sqrt(14))
+        np.testing.assert_allclose(
+            (tip - start) / np.linalg.norm(tip - start), np.array((1, 2, -3)) / math.sqrt(14)
+        )
 
 
 def test_no_wind_deletes_its_arrow():
@@ -150,10 +157,14 @@ def test_many_sizes_keep_the_cdr_aligned():
     """What follows a stretched sequence is read right, whatever the lengths before it."""
     for length in range(1, 12):
         for columns in (1, 2, 3):
-            cloth = Cloth(Scene(
-                frame_id='f' * length, sheet={'rows': 2, 'columns': columns},
-                sphere={'radius': 0.5}, markers={'springs': True},
-            ))
+            cloth = Cloth(
+                Scene(
+                    frame_id='f' * length,
+                    sheet={'rows': 2, 'columns': columns},
+                    sphere={'radius': 0.5},
+                    markers={'springs': True},
+                )
+            )
             message = deserialize_message(markers(cloth), MarkerArray)
             assert all(marker.pose.orientation.w == 1.0 for marker in message.markers)
             assert message.markers[-1].ns == 'sphere'

@@ -11,85 +11,15 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue, SetParametersResult
-from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
-from rcl_interfaces.srv import SetParametersAtomically
+from ros_messages import FLOATING, SPHERE, diagnosis, numbers, pose, set_parameters, stamp, wind
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
-from cloth_ros.model.quantity import PARAMETER_NAMES
-
-CONFIG = Path(__file__).parent.parent / 'config'
-# A sheet that stays as it is until something acts on it.
-FLOATING = {
-    'sheet__rows': 9, 'sheet__columns': 9, 'gravity': '[0.0, 0.0, 0.0]', 'drag': 0.0,
-    'solver__precision': 'double',
-}
-SPHERE = {'sphere__radius': 0.1, 'sphere__position': '[0.0, 0.0, 2.0]'}
-
-
-def stamp(message) -> float:
-    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-
-
-def numbers(cloud: PointCloud2) -> np.ndarray:
-    return np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, 6)
-
-
-def wind(x=0.0, y=0.0, z=0.0, frame='') -> Vector3Stamped:
-    message = Vector3Stamped()
-    message.header.frame_id = frame
-    message.vector.x, message.vector.y, message.vector.z = x, y, z
-    return message
-
-
-def pose(x=0.0, y=0.0, z=0.0, frame='') -> PoseStamped:
-    message = PoseStamped()
-    message.header.frame_id = frame
-    message.pose.position.x, message.pose.position.y, message.pose.position.z = x, y, z
-    return message
-
-
-def value(content) -> ParameterValue:
-    kinds = {
-        bool: (ParameterType.PARAMETER_BOOL, 'bool_value'),
-        int: (ParameterType.PARAMETER_INTEGER, 'integer_value'),
-        float: (ParameterType.PARAMETER_DOUBLE, 'double_value'),
-        str: (ParameterType.PARAMETER_STRING, 'string_value'),
-    }
-    if isinstance(content, list):
-        if content and isinstance(content[0], float):
-            kind = ParameterType.PARAMETER_DOUBLE_ARRAY
-            return ParameterValue(type=kind, double_array_value=content)
-        kind = ParameterType.PARAMETER_STRING_ARRAY
-        return ParameterValue(type=kind, string_array_value=content)
-    kind, field = kinds[type(content)]
-    return ParameterValue(type=kind, **{field: content})
-
-
-def set_parameters(probe, **values) -> list[SetParametersResult]:
-    request = SetParameters.Request(parameters=[
-        Parameter(name=name.replace('__', '.'), value=value(content))
-        for name, content in values.items()
-    ])
-    return probe.call(SetParameters, '/cloth/set_parameters', request).results
-
-
-def diagnosis(probe) -> dict[str, str]:
-    """The next diagnostics, as a mapping; the message under 'message', the level under 'level'."""
-    messages = probe.collect(DiagnosticArray, '/diagnostics')
-    probe.spin_until(lambda: messages)
-    status = messages[0].status[0]
-    return {
-        'name': status.name, 'message': status.message, 'level': status.level,
-        **{item.key: item.value for item in status.values},
-    }
-
 
 def test_rates_stamps_frames_and_layout(start_cloth, probe):
-    start_cloth('--params-file', str(CONFIG / 'gust.yaml'))
+    start_cloth('--params-file', 'config/gust.yaml')
     particles = probe.collect(PointCloud2, '/cloth/particles')
     markers = probe.collect(MarkerArray, '/cloth/markers')
     probe.spin_until(lambda: particles and markers)
@@ -122,7 +52,8 @@ def test_wind_from_another_process_is_felt_within_two_ticks(start_cloth, probe):
     blow.publish(wind(z=5.0))
     probe.spin_until(lambda: particles and numbers(particles[-1])[..., 5].any())
     still = [
-        message for message in particles
+        message
+        for message in particles
         if stamp(message) > sent and not numbers(message)[..., 5].any()
     ]
     assert len(still) <= 2
@@ -194,82 +125,6 @@ def test_wind_without_air_and_sphere_without_radius_say_what_to_set(start_cloth,
     node.wait_for_output('sphere.radius')
 
 
-def test_parameters_are_described(start_cloth, probe):
-    start_cloth()
-    names = sorted(PARAMETER_NAMES)
-    request = DescribeParameters.Request(names=names)
-    descriptors = probe.call(
-        DescribeParameters, '/cloth/describe_parameters', request
-    ).descriptors
-    assert [descriptor.name for descriptor in descriptors] == names
-    for descriptor in descriptors:
-        known = PARAMETER_NAMES[descriptor.name]
-        assert known.text in descriptor.description
-        assert known.unit in descriptor.description
-        assert descriptor.read_only == known.fixed
-        assert descriptor.type != ParameterType.PARAMETER_NOT_SET
-    by_name = {descriptor.name: descriptor for descriptor in descriptors}
-    assert by_name['springs.shear'].floating_point_range[0].to_value == 1e8
-    assert by_name['sheet.rows'].integer_range[0].to_value == 1024
-
-
-def test_parameters_change_together_or_not_at_all(start_cloth, probe):
-    start_cloth(solver__substeps=60, sphere__radius=1)
-    good, = set_parameters(probe, drag=2)  # a whole number is a number
-    assert good.successful, good.reason
-    request = SetParametersAtomically.Request(parameters=[
-        Parameter(name='drag', value=value(3.0)),
-        Parameter(name='springs.structural', value=value(1e6)),
-    ])
-    both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
-    assert not both.successful
-    assert 'solver.substeps is 60' in both.reason
-    assert 'at least' in both.reason
-    names = ['drag', 'springs.structural']
-    values = probe.call(
-        GetParameters, '/cloth/get_parameters', GetParameters.Request(names=names)
-    ).values
-    assert [item.double_value for item in values] == [2.0, 500.0]
-    bad = set_parameters(
-        probe, springs__shear=-1.0, sheet__rows=5, pins=['99,0'], solver__method='magic',
-        gravity=[0.0, math.nan, 0.0], wind__gust__speed=[3.0, 1.0], rate=0.0,
-    )
-    assert not any(result.successful for result in bad)
-    assert all(result.reason for result in bad)
-    assert "'99,0'" in bad[2].reason
-    request.parameters.append(Parameter(name='solver.substeps', value=value(0)))
-    both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
-    assert both.successful, both.reason
-
-
-def test_every_parameter_that_is_not_fixed_changes_while_running(start_cloth, probe):
-    start_cloth(**FLOATING)
-    particles = probe.collect(PointCloud2, '/cloth/particles', depth=1000)
-    changes = {
-        'rate': 120.0, 'sheet__mass': 0.3, 'pins': [''], 'springs__structural': 100.0,
-        'springs__shear': 0.0, 'springs__bending': 0.0, 'springs__damping': 0.01, 'drag': 0.1,
-        'gravity': [0.0, 0.0, -1.0], 'wind__velocity': [0.0, 1.0, 0.0], 'wind__air_density': 1.0,
-        'wind__drag_coefficient': 0.5, 'wind__gust__period': 3.0, 'wind__gust__duration': 0.5,
-        'wind__gust__direction': [0.0, 0.0, 1.0], 'wind__gust__speed': [1.0, 2.0],
-        'wind__gust__seed': 7, 'sphere__radius': 0.1, 'sphere__position': [0.0, 0.0, 0.5],
-        'sphere__friction': 0.1, 'solver__method': 'symplectic_euler', 'solver__substeps': 100,
-        'solver__tolerance': 0.01, 'solver__precision': 'single', 'solver__threads': 1,
-        'solver__max_tick': 0.2, 'solver__overload': 'coarsen', 'markers__rate': 10.0,
-        'markers__springs': True,
-    }
-    fixed = {name for name, known in PARAMETER_NAMES.items() if known.fixed}
-    assert {name.replace('__', '.') for name in changes} == set(PARAMETER_NAMES) - fixed
-    for name, content in changes.items():
-        result, = set_parameters(probe, **{name: content})
-        assert result.successful, result.reason
-    particles.clear()
-    probe.spin_until(lambda: len(particles) >= 61)
-    stamps = [stamp(message) for message in particles]
-    assert np.median(np.diff(stamps)) == pytest.approx(1 / 120, rel=0.05)
-    assert np.isfinite(numbers(particles[-1])).all()
-    assert numbers(particles[-1])[..., 5].min() < 0  # gravity is there now
-
-
 def test_diagnostics_tell_how_it_runs(start_cloth, probe):
     start_cloth()
     messages = probe.collect(DiagnosticArray, '/diagnostics')
@@ -298,8 +153,13 @@ def test_overload_is_slow_motion_and_says_so(start_cloth, probe):
     assert found['level'] == b'\x01'
     assert float(found['real-time factor']) < 0.9
     assert particles
-    result, = set_parameters(probe, solver__tolerance=1.0, springs__structural=1.0,
-                             springs__shear=0.0, springs__bending=0.0)[:1]
+    (result,) = set_parameters(
+        probe,
+        solver__tolerance=1.0,
+        springs__structural=1.0,
+        springs__shear=0.0,
+        springs__bending=0.0,
+    )[:1]
     assert result.successful
     probe.spin_until(lambda: diagnosis(probe)['message'] == 'running in real time')
 
@@ -352,34 +212,18 @@ def test_nodes_run_side_by_side_in_namespaces(start_cloth, probe):
     assert not numbers(right[-1])[..., 5].any()
 
 
-def test_qos_can_be_overridden(start_cloth, probe):
-    start_cloth(**{'qos_overrides./cloth/particles.publisher.reliability': 'best_effort'})
-    probe.spin_until(lambda: probe.count_publishers('/cloth/particles'))
-    info, = probe.get_publishers_info_by_topic('/cloth/particles')
-    assert info.qos_profile.reliability.name == 'BEST_EFFORT'
-    info, = probe.get_publishers_info_by_topic('/cloth/markers')
-    assert info.qos_profile.reliability.name == 'RELIABLE'
-
-
-def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
-    node = start(
-        sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', '-p', 'sheet.rows:=0'
-    )
-    assert node.stop(0, patience=30.0) == 2
-    assert 'sheet.rows is 0, but must be 1 to 1024' in node.output
-    assert 'Traceback' not in node.output
-
-
-def test_names_that_no_scene_has_are_pointed_out(start_cloth):
-    node = start_cloth(**{'spring.shear': 3.0})
-    assert "did you mean 'springs.shear'" in node.output
-
-
 def test_it_starts_without_a_home(start):
-    bare = {name: '' for name in ('ROS_LOG_DIR', 'ROS_HOME')}
+    bare = dict.fromkeys(('ROS_LOG_DIR', 'ROS_HOME'), '')
     node = start(
-        'env', '-u', 'HOME', '-u', 'ROS_LOG_DIR', sys.executable, '-m',
-        'cloth_ros.node.cloth_node', **bare,
+        'env',
+        '-u',
+        'HOME',
+        '-u',
+        'ROS_LOG_DIR',
+        sys.executable,
+        '-m',
+        'cloth_ros.node.cloth_node',
+        **bare,
     )
     node.wait_for_output('publishing')
 
@@ -391,8 +235,20 @@ def test_the_example_commands_it(start_cloth, start, probe):
     assert example.stop(0, patience=30.0) == 0, example.output
     probe.spin_until(lambda: particles and numbers(particles[-1])[..., 5].any())
     example = start(
-        sys.executable, 'examples/command.py', '--from', '0', '0', '2', '--sphere', '0', '0',
-        '0.5', '--over', '0.2', '--pause', '--reset',
+        sys.executable,
+        'examples/command.py',
+        '--from',
+        '0',
+        '0',
+        '2',
+        '--sphere',
+        '0',
+        '0',
+        '0.5',
+        '--over',
+        '0.2',
+        '--pause',
+        '--reset',
     )
     assert example.stop(0, patience=30.0) == 0, example.output
     assert 'paused' in example.output

@@ -50,7 +50,9 @@ def test_forces_are_those_of_the_definition(
     seed, rows, columns, structural, shear, bending, damping
 ):
     cloth = crumpled(
-        seed, rows, columns,
+        seed,
+        rows,
+        columns,
         **{
             'springs.structural': structural,
             'springs.shear': shear,

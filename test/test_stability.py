@@ -31,9 +31,7 @@ def laplacian(scene: Scene) -> np.ndarray:
     stiffness=st.tuples(*[st.sampled_from([0.0, 1.0, 30.0, 500.0])] * 3),
 )
 def test_the_eigenvalue_is_bounded_and_not_by_much(rows, columns, stiffness):
-    scene = Scene(
-        sheet={'rows': rows, 'columns': columns}, pins=[''], springs=Springs(*stiffness)
-    )
+    scene = Scene(sheet={'rows': rows, 'columns': columns}, pins=[''], springs=Springs(*stiffness))
     exact = np.linalg.eigvalsh(laplacian(scene))[-1]
     found = stability.largest_eigenvalue(rows, columns, stiffness)
     # Below by less than what the safety factor of the step leaves.
@@ -44,8 +42,13 @@ def test_the_eigenvalue_is_bounded_and_not_by_much(rows, columns, stiffness):
 def undamped(**changes: object) -> Scene:
     return Scene().with_parameters(
         {
-            'sheet.rows': 12, 'sheet.columns': 12, 'pins': ['0,:'], 'drag': 0.0,
-            'wind.air_density': 0.0, 'gravity': [0, 0, 0], 'solver.precision': 'double',
+            'sheet.rows': 12,
+            'sheet.columns': 12,
+            'pins': ['0,:'],
+            'drag': 0.0,
+            'wind.air_density': 0.0,
+            'gravity': [0, 0, 0],
+            'solver.precision': 'double',
             **changes,
         }
     )

@@ -57,16 +57,23 @@ def render(cloth: Cloth, path: Path, view: View) -> None:
     if scene.sphere.radius > 0:
         # A little smaller than it is, as the flat facets of the drawn cloth would cut into it.
         ball = pyvista.Sphere(
-            0.99 * scene.sphere.radius, cloth.sphere_position, theta_resolution=64,
+            0.99 * scene.sphere.radius,
+            cloth.sphere_position,
+            theta_resolution=64,
             phi_resolution=64,
         )
         plotter.add_mesh(ball, color='#4d7fc4', smooth_shading=True, ambient=0.25, specular=0.4)
     pinned = cloth.positions[scene.pinned()]
     if len(pinned):
-        pins = pyvista.PolyData(pinned).glyph(geom=pyvista.Sphere(0.012), scale=False, orient=False)
+        pins = pyvista.PolyData(pinned).glyph(
+            geom=pyvista.Sphere(0.012), scale=False, orient=False
+        )
         plotter.add_mesh(pins, color='#222222')
     floor = pyvista.Plane(
-        (view.focus[0], view.focus[1], view.floor), i_size=3, j_size=3, i_resolution=15,
+        (view.focus[0], view.focus[1], view.floor),
+        i_size=3,
+        j_size=3,
+        i_resolution=15,
         j_resolution=15,
     )
     plotter.add_mesh(floor, color='#e9edf1', ambient=0.5, show_edges=True, edge_color='#c3ccd6')

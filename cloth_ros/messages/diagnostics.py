@@ -14,7 +14,7 @@ def diagnostics_message(
     """
     Return a diagnostic array with one status.
 
-    Arguments
+    Arguments:
     ---------
     header
         Its stamp is the time of the diagnosis.

@@ -49,7 +49,7 @@ class MarkersMessage:
         rows, columns = scene.sheet.rows, scene.sheet.columns
         self._scene = scene
         # What one of the markers is made of is as thick as this, m.
-        self._thickness = 0.15 * min(scene.sheet.spacing)
+        self._thickness = 0.15 * min(scene.sheet.shortest_spacing, 0.2)
         self._pinned = scene.pinned()
         self._positions = np.empty((rows, columns, 3))
         sheet = rows > 1 and columns > 1
@@ -78,15 +78,13 @@ class MarkersMessage:
             marker.points = _points(_unlikely(number, 3 * length))
             markers.append(marker)
         if scene.sphere.radius > 0:
-            marker = self._marker(
-                'sphere', Marker.SPHERE, _SPHERE_COLOUR, 2 * scene.sphere.radius
-            )
+            marker = self._marker('sphere', Marker.SPHERE, _SPHERE_COLOUR, 2 * scene.sphere.radius)
             centre = _unlikely(len(lists), 3)
             marker.pose.position = _points(centre)[0]
             markers.append(marker)
 
         self._template = Template(MarkerArray(markers=markers))
-        places = {}
+        places: dict[str, tuple[int, tuple[int, ...]]] = {}
         for number, (marker, length, count) in enumerate(lists):
             mark = np.array(_unlikely(number, 3 * length)).tobytes()
             places[marker.ns] = self._template.stretch(mark, length, count), (count, length, 3)
@@ -155,7 +153,8 @@ class MarkersMessage:
         self._action[0] = Marker.DELETE if still else Marker.ADD
         sheet = self._scene.sheet
         arrow = _ARROW_SECONDS * np.array(velocity)
-        view[1] = np.array(sheet.position) + (0.0, 0.0, 0.6 * max(sheet.size))
+        x, y, z = sheet.position
+        view[1] = x, y, z + 0.6 * max(sheet.size)
         view[0] = view[1] - arrow
 
 

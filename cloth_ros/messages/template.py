@@ -30,7 +30,7 @@ class Template:
     """
     A serialised message with places in it.
 
-    Arguments
+    Arguments:
     ---------
     message
         Any ROS message, with `STAMP` in every header that is to be stamped.
@@ -58,7 +58,7 @@ class Template:
         """
         Repeat the placeholder of a sequence, and return the offset of its first byte.
 
-        Arguments
+        Arguments:
         ---------
         placeholder
             The whole content of the sequence, and nowhere else in the message; a multiple of 8

@@ -79,8 +79,19 @@ def _add_outer(xx, xy, xz, yy, yz, zz, facets, first, i):  # type: ignore[no-unt
 
 @kernel
 def _kick(  # type: ignore[no-untyped-def]
-    velocity, acceleration, free, facets, begin, end, stride, decay, gain, wind, coefficient,
-    cap, degenerate
+    velocity,
+    acceleration,
+    free,
+    facets,
+    begin,
+    end,
+    stride,
+    decay,
+    gain,
+    wind,
+    coefficient,
+    cap,
+    degenerate,
 ):
     one = np.uint64(1)
     row = np.uint64(stride)
@@ -144,7 +155,7 @@ class Aerodynamics:
         """
         Change the velocities by the air and by the accelerations in `state` at once.
 
-        Arguments
+        Arguments:
         ---------
         state
             Its velocities become ``decay * velocity + gain * (acceleration + air)``.

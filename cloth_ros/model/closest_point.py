@@ -25,7 +25,7 @@ def closest_point(points, a, b, c):  # type: ignore[no-untyped-def]
     Degenerate triangles are allowed: with b = c it is a segment, with a = b = c a point, and then
     all weight is on the first of equal corners.
 
-    Arguments
+    Arguments:
     ---------
     points
         m, shape (n, 3), double precision.

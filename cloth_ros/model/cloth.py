@@ -26,7 +26,7 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> Array:
     """
     Return a vector of three finite numbers as an array, shape (3,).
 
-    Arguments
+    Arguments:
     ---------
     name
         What the vector is, for the error.
@@ -180,13 +180,14 @@ class Cloth:
         return 0.5 * self.substep * float(speeds.max())
 
     def _world(self) -> Array:
-        return self._lattice.grid(self._state.position).astype(float) + self._origin
+        world: Array = self._lattice.grid(self._state.position) + self._origin
+        return world
 
     @staticmethod
     def _public(array: Array) -> Array:
-        array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
-        array.flags.writeable = False  # a copy: writing to it would be lost without a word
-        return array
+        public: Array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
+        public.flags.writeable = False  # a copy: writing to it would be lost without a word
+        return public
 
     def _checked(self, name: str, value: Array) -> Array:
         shape = (self._lattice.rows, self._lattice.columns, 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
 
@@ -12,47 +12,48 @@ import numba
 # not finite shows as such.
 _RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
 
-_Function = TypeVar('_Function', bound=Callable[..., Any])
+# Kernels are typed by Numba when they are compiled, not before.
+Kernel = Callable[..., Any]
 
 
-def kernel(function: _Function) -> _Function:
+def kernel(function: Kernel) -> Kernel:
     """
     Compile a vectorising kernel.
 
     Loops index with `numpy.uint64`: for signed indices the compiler must allow for Python's
     negative ones, and the wrap-around keeps a loop scalar.
     """
-    compiled: _Function = numba.njit(
-        fastmath=_RELAXED, error_model='numpy', cache=True, nogil=True
-    )(function)
+    compiled: Kernel = numba.njit(fastmath=_RELAXED, error_model='numpy', cache=True, nogil=True)(
+        function
+    )
     return compiled
 
 
-def inlined(function: _Function) -> _Function:
+def inlined(function: Kernel) -> Kernel:
     """
     Compile a part of a kernel that is always inlined.
 
     A call that the compiler decides to leave standing keeps the loop around it scalar.
     """
-    compiled: _Function = numba.njit(
+    compiled: Kernel = numba.njit(
         fastmath=_RELAXED, error_model='numpy', cache=True, forceinline=True
     )(function)
     return compiled
 
 
-def exact(function: _Function) -> _Function:
+def exact(function: Kernel) -> Kernel:
     """Compile a kernel with IEEE arithmetic, where decisions hang on the last bits."""
-    compiled: _Function = numba.njit(error_model='numpy', cache=True, nogil=True)(function)
+    compiled: Kernel = numba.njit(error_model='numpy', cache=True, nogil=True)(function)
     return compiled
 
 
-def reduction(function: _Function) -> _Function:
+def reduction(function: Kernel) -> Kernel:
     """
     Compile a kernel of least and greatest values.
 
     Without 'nnan' these stay scalar, for NaN would have to be carried along.
     """
-    compiled: _Function = numba.njit(
-        fastmath=True, error_model='numpy', cache=True, nogil=True
-    )(function)
+    compiled: Kernel = numba.njit(fastmath=True, error_model='numpy', cache=True, nogil=True)(
+        function
+    )
     return compiled

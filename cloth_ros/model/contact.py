@@ -67,7 +67,7 @@ def find_cells(  # type: ignore[no-untyped-def]
     """
     Find the cells that may touch the sphere in the substep of `h` s that has just ended.
 
-    Arguments
+    Arguments:
     ---------
     position, velocity
         Flat arrays after the substep.
@@ -125,7 +125,7 @@ def gather(cells, count, begin, stride, rows, columns, particles, local):  # typ
     """
     List the particles and the triangles of the found cells.
 
-    Arguments
+    Arguments:
     ---------
     cells, count
         From `find_cells`.
@@ -214,9 +214,18 @@ class SphereContact:
             return
         lattice = self._lattice
         count, clearance = find_cells(
-            state.position, state.velocity, lattice.begin, lattice.stride, lattice.rows,
-            lattice.columns, state.dtype(h), np.minimum(start, end), np.maximum(start, end),
-            self._radius, sphere_speed, self._cells,
+            state.position,
+            state.velocity,
+            lattice.begin,
+            lattice.stride,
+            lattice.rows,
+            lattice.columns,
+            state.dtype(h),
+            np.minimum(start, end),
+            np.maximum(start, end),
+            self._radius,
+            sphere_speed,
+            self._cells,
         )
         self._clearance = clearance
         if count:
@@ -225,8 +234,14 @@ class SphereContact:
     def _sweep(self, state: State, h: float, start: Array, count: int) -> None:
         lattice = self._lattice
         number, triangles = gather(
-            self._cells, count, lattice.begin, lattice.stride, lattice.rows, lattice.columns,
-            self._particles, self._local,
+            self._cells,
+            count,
+            lattice.begin,
+            lattice.stride,
+            lattice.rows,
+            lattice.columns,
+            self._particles,
+            self._local,
         )
         particles = self._particles[:number]
         velocity = state.velocity[:, particles].T.astype(float)

@@ -38,7 +38,7 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
     """
     Return the energy of a state.
 
-    Arguments
+    Arguments:
     ---------
     positions, velocities
         m and m/s, shape (3, rows, columns), double precision.

@@ -20,7 +20,10 @@ def _select(part: str, count: int, what: str, pin: str) -> slice:
         index = int(part)
         if not -count <= index < count:
             raise refuse(
-                'pins', pin, f'a {what} of {-count} to {count - 1}', f'the sheet has {count} {what}s'
+                'pins',
+                pin,
+                f'a {what} of {-count} to {count - 1}',
+                f'the sheet has {count} {what}s',
             )
         return slice(index % count, index % count + 1)
     match = _SLICE.fullmatch(part)
@@ -53,5 +56,7 @@ def pinned_particles(
         parts = pin.split(',')
         if len(parts) != 2:
             raise refuse('pins', pin, _FORM, 'give one row and one column')
-        pinned[_select(parts[0], rows, 'row', pin), _select(parts[1], columns, 'column', pin)] = True
+        pinned[_select(parts[0], rows, 'row', pin), _select(parts[1], columns, 'column', pin)] = (
+            True
+        )
     return pinned

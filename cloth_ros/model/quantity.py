@@ -50,7 +50,7 @@ def quantity(
     """
     Declare a parameter as a dataclass field.
 
-    Arguments
+    Arguments:
     ---------
     default
         Default value; its type (bool, int, float, str, tuple of float or of str) is the type of

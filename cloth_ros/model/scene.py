@@ -67,6 +67,22 @@ class Sheet(Group):
         )
 
     @property
+    def diagonal(self) -> float:
+        """Length of the diagonal, m; a direction with one particle has no length."""
+        return math.hypot(
+            self.size[0] * (self.columns > 1),
+            self.size[1] * (self.rows > 1),
+        )
+
+    @property
+    def shortest_spacing(self) -> float:
+        """Shortest distance of neighbours in the flat sheet, m; inf for a single particle."""
+        return min(
+            self.spacing[0] if self.columns > 1 else math.inf,
+            self.spacing[1] if self.rows > 1 else math.inf,
+        )
+
+    @property
     def particle_mass(self) -> float:
         """Mass of one particle, kg."""
         return self.mass / (self.rows * self.columns)
@@ -81,7 +97,11 @@ class Springs(Group):
         500.0, 'stiffness to the 4 neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
     )
     shear: float = quantity(
-        250.0, 'stiffness to the 4 diagonal neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+        250.0,
+        'stiffness to the 4 diagonal neighbours; 0: not modelled',
+        unit='N/m',
+        low=0,
+        high=1e8,
     )
     bending: float = quantity(
         50.0, 'stiffness to the 4 second neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
@@ -97,8 +117,11 @@ class Gust(Group):
 
     prefix: ClassVar[str] = 'wind.gust.'
     period: float = quantity(
-        0.0, 'time from one gust to the next, the first after one period; 0: none',
-        unit='s', low=0, high=1e6,
+        0.0,
+        'time from one gust to the next, the first after one period; 0: none',
+        unit='s',
+        low=0,
+        high=1e6,
     )
     duration: float = quantity(1.0, 'how long a gust blows', unit='s', low=0, high=1e6)
     direction: Vector = quantity((0.0, 1.0, 0.0), 'where gusts blow to', low=-1e6, high=1e6)
@@ -115,8 +138,10 @@ class Gust(Group):
             raise refuse('wind.gust.speed', list(self.speed), 'least, then greatest', 'swap them')
         if 0 < self.period < self.duration:
             raise refuse(
-                'wind.gust.duration', self.duration,
-                f'at most wind.gust.period, {self.period:g} s', 'shorten it or lengthen the period',
+                'wind.gust.duration',
+                self.duration,
+                f'at most wind.gust.period, {self.period:g} s',
+                'shorten it or lengthen the period',
             )
 
 
@@ -126,8 +151,11 @@ class Wind(Group):
 
     prefix: ClassVar[str] = 'wind.'
     velocity: Vector = quantity(
-        (0.0, 0.0, 0.0), 'velocity of the air until a command comes', unit='m/s',
-        low=-1e4, high=1e4,
+        (0.0, 0.0, 0.0),
+        'velocity of the air until a command comes',
+        unit='m/s',
+        low=-1e4,
+        high=1e4,
     )
     air_density: float = quantity(
         1.2, 'density of the air; 0: no air', unit='kg/m³', low=0, high=1e4
@@ -167,8 +195,10 @@ class Solver(Group):
     prefix: ClassVar[str] = 'solver.'
     method: str = quantity('auto', 'integration method', choices=('auto', *METHODS))
     substeps: int = quantity(
-        0, 'substeps per tick; 0: chosen from the stability limit and the tolerance',
-        low=0, high=1_000_000,
+        0,
+        'substeps per tick; 0: chosen from the stability limit and the tolerance',
+        low=0,
+        high=1_000_000,
     )
     tolerance: float = quantity(
         0.001, 'position error that auto aims for', unit='m', low=1e-6, high=1.0
@@ -179,7 +209,8 @@ class Solver(Group):
         0.1, 'longest wall-clock time made up in one tick', unit='s', low=1e-3, high=10.0
     )
     overload: str = quantity(
-        'slow_motion', 'what gives when the machine cannot keep up, time or accuracy',
+        'slow_motion',
+        'what gives when the machine cannot keep up, time or accuracy',
         choices=('slow_motion', 'coarsen'),
     )
 
@@ -189,7 +220,9 @@ class Markers(Group):
     """What is shown in RViz."""
 
     prefix: ClassVar[str] = 'markers.'
-    rate: float = quantity(30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000)
+    rate: float = quantity(
+        30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000
+    )
     springs: bool = quantity(False, 'show the springs as lines')
 
 
@@ -251,7 +284,8 @@ class Scene(Group):
             if step > stability.SAFETY * limit:
                 least = math.ceil(1 / (self.rate * stability.SAFETY * limit))
                 raise refuse(
-                    'solver.substeps', self.solver.substeps,
+                    'solver.substeps',
+                    self.solver.substeps,
                     f'0 or at least {least} for a stable step at {self.rate:g} Hz',
                     'or soften the springs',
                 )

@@ -172,7 +172,7 @@ class Springs:
         """
         Write the acceleration of every particle.
 
-        Arguments
+        Arguments:
         ---------
         position, velocity
             Flat arrays, m and m/s, shape (3, size).

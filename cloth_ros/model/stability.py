@@ -105,7 +105,7 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
     """
     Return an upper bound of the largest eigenvalue of the graph Laplacian, N/m.
 
-    Arguments
+    Arguments:
     ---------
     rows, columns
         Particles of the sheet.
@@ -130,7 +130,7 @@ def largest_stable_step(
     """
     Return the longest stable substep, s, or inf where nothing can become unstable.
 
-    Arguments
+    Arguments:
     ---------
     rows, columns
         Particles of the sheet.

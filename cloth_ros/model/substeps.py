@@ -37,7 +37,7 @@ def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False
       within the tolerance;
     * every mode's frequency within 0.1 %, as far as that takes a few thousand particle steps.
 
-    Arguments
+    Arguments:
     ---------
     scene
         What is simulated.
@@ -64,7 +64,7 @@ def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False
 
 def _accurate(scene: Scene) -> float:
     """Return the substep, s, that moves the fastest particle by twice the tolerance."""
-    speed = math.sqrt(2 * math.hypot(*scene.gravity) * math.hypot(*scene.sheet.size))
+    speed = math.sqrt(2 * math.hypot(*scene.gravity) * scene.sheet.diagonal)
     if scene.wind.present:
         gust = scene.wind.gust.speed[1] if scene.wind.gust.period > 0 else 0.0
         speed = max(speed, math.hypot(*scene.wind.velocity) + gust)
@@ -80,7 +80,7 @@ def refinement(scene: Scene, substep: float, speed: float) -> int:
     into them: a stretched sheet without damping gained it a hundredfold in seconds at 0.9 of the
     limit, and 10 % with this.  A number of substeps that the user has fixed is left alone.
 
-    Arguments
+    Arguments:
     ---------
     scene
         What is simulated.
@@ -90,11 +90,8 @@ def refinement(scene: Scene, substep: float, speed: float) -> int:
         Of the fastest particle, m/s.
 
     """
-    sheet = scene.sheet
-    if scene.solver.substeps or sheet.rows * sheet.columns == 1:
+    if scene.solver.substeps:
         return 1
-    lengths = zip(sheet.spacing, (sheet.columns, sheet.rows), strict=True)
-    shortest = min(length for length, count in lengths if count > 1)
-    division = speed * substep / (_TRAVEL * shortest)
+    division = speed * substep / (_TRAVEL * scene.sheet.shortest_spacing)
     # Not finite compares as false.
     return max(math.ceil(division), 1) if division < _FINEST else _FINEST

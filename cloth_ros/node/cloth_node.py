@@ -8,7 +8,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
@@ -16,13 +16,15 @@ import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import try_shutdown
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
@@ -31,7 +33,7 @@ from visualization_msgs.msg import MarkerArray
 from ..messages.diagnostics import diagnostics_message
 from ..messages.markers import MarkersMessage
 from ..messages.particles import ParticlesMessage
-from ..model import Cloth, Scene
+from ..model import Cloth
 from .frames import Frames
 from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
@@ -55,6 +57,7 @@ class ClothNode(Node):
         self._pacing = Pacing()
         self._paused = False
         self._rejected: Counter[str] = Counter()
+        self._timer: Any = None
         self._input_loggers: dict[str, Any] = {}
         self._unfinished = 0
         self._frames = Frames(self, scene.frame_id)
@@ -113,7 +116,7 @@ class ClothNode(Node):
         A wall-clock timer follows the steady clock, which no one sets back; with simulated time
         it follows /clock.
         """
-        if hasattr(self, '_timer'):
+        if self._timer is not None:
             self.destroy_timer(self._timer)
         simulated = self.get_parameter('use_sim_time').value
         self._ticking = self.get_clock() if simulated else self._steady
@@ -138,9 +141,7 @@ class ClothNode(Node):
         if self._markers_due(now * 1e-9) and self._markers_out.get_subscription_count():
             if self._markers is None:
                 self._markers = MarkersMessage(self._cloth)
-            self._markers_out.publish(
-                self._markers.serialise(self._cloth, seconds, nanoseconds)
-            )
+            self._markers_out.publish(self._markers.serialise(self._cloth, seconds, nanoseconds))
 
     def _simulate(self, elapsed: float) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
@@ -185,9 +186,7 @@ class ClothNode(Node):
         try:
             if not self._cloth.scene.wind.present:
                 raise ValueError('this scene has no air; set wind.air_density above 0')
-            self._cloth.wind = self._frames.to_own(
-                vector, message.header.frame_id, is_point=False
-            )
+            self._cloth.wind = self._frames.to_own(vector, message.header.frame_id, is_point=False)
         except ValueError as error:
             self._reject('wind', error)
 
@@ -269,7 +268,9 @@ class ClothNode(Node):
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
-        self._diagnostics_out.publish(diagnostics_message(header, name, message, values, warn=warn))
+        self._diagnostics_out.publish(
+            diagnostics_message(header, name, message, values, warn=warn)
+        )
 
 
 class _Stop:
@@ -288,7 +289,7 @@ class _Stop:
         self.asked = True
 
 
-def main(args: Sequence[str] | None = None) -> int:
+def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
     if 'HOME' not in os.environ and 'ROS_LOG_DIR' not in os.environ:
         # Without either rclpy does not start; logs are worth less than the cloth.
@@ -310,7 +311,7 @@ def main(args: Sequence[str] | None = None) -> int:
         return 2
     finally:
         stop.spinning = True
-        rclpy.try_shutdown()
+        try_shutdown()
     return 0
 
 

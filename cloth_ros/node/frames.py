@@ -25,7 +25,7 @@ def transformed(vector: Vector, transform: Transform, *, is_point: bool) -> Vect
     result = rotation_matrix(quaternion) @ np.array(vector)
     if is_point:
         shift = transform.translation
-        result = result + (shift.x, shift.y, shift.z)
+        result = result + np.array((shift.x, shift.y, shift.z))
     x, y, z = result.tolist()
     return (x, y, z)
 

@@ -41,7 +41,7 @@ class Pacing:
         """
         Return how many substeps to simulate now.
 
-        Arguments
+        Arguments:
         ---------
         elapsed
             Wall-clock time since the last call, s; negative when a clock has jumped back.

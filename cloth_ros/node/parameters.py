@@ -58,8 +58,9 @@ def declare_scene(node: Node) -> Scene:
 
     """
     given = {}
-    for name, parameter in node.get_parameters_by_prefix('').items():
-        if name.split('.')[0] in _NODE_OWN or parameter is None:
+    overrides: dict[str, Any] = node.get_parameters_by_prefix('')
+    for name, parameter in overrides.items():
+        if name.split('.')[0] in _NODE_OWN:
             continue
         if name in PARAMETER_NAMES:
             given[name] = parameter.value

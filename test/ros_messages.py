@@ -1,0 +1,80 @@
+"""What the tests of the node send and read."""
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue, SetParametersResult
+from rcl_interfaces.srv import SetParameters
+from sensor_msgs.msg import PointCloud2
+
+# A sheet that stays as it is until something acts on it.
+FLOATING = {
+    'sheet__rows': 9,
+    'sheet__columns': 9,
+    'gravity': '[0.0, 0.0, 0.0]',
+    'drag': 0.0,
+    'solver__precision': 'double',
+}
+SPHERE = {'sphere__radius': 0.1, 'sphere__position': '[0.0, 0.0, 2.0]'}
+
+
+def stamp(message) -> float:
+    return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+
+
+def numbers(cloud: PointCloud2) -> np.ndarray:
+    return np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, 6)
+
+
+def wind(x=0.0, y=0.0, z=0.0, frame='') -> Vector3Stamped:
+    message = Vector3Stamped()
+    message.header.frame_id = frame
+    message.vector.x, message.vector.y, message.vector.z = x, y, z
+    return message
+
+
+def pose(x=0.0, y=0.0, z=0.0, frame='') -> PoseStamped:
+    message = PoseStamped()
+    message.header.frame_id = frame
+    message.pose.position.x, message.pose.position.y, message.pose.position.z = x, y, z
+    return message
+
+
+def value(content) -> ParameterValue:
+    kinds = {
+        bool: (ParameterType.PARAMETER_BOOL, 'bool_value'),
+        int: (ParameterType.PARAMETER_INTEGER, 'integer_value'),
+        float: (ParameterType.PARAMETER_DOUBLE, 'double_value'),
+        str: (ParameterType.PARAMETER_STRING, 'string_value'),
+    }
+    if isinstance(content, list):
+        if content and isinstance(content[0], float):
+            kind = ParameterType.PARAMETER_DOUBLE_ARRAY
+            return ParameterValue(type=kind, double_array_value=content)
+        kind = ParameterType.PARAMETER_STRING_ARRAY
+        return ParameterValue(type=kind, string_array_value=content)
+    kind, field = kinds[type(content)]
+    return ParameterValue(type=kind, **{field: content})
+
+
+def set_parameters(probe, **values) -> list[SetParametersResult]:
+    request = SetParameters.Request(
+        parameters=[
+            Parameter(name=name.replace('__', '.'), value=value(content))
+            for name, content in values.items()
+        ]
+    )
+    return probe.call(SetParameters, '/cloth/set_parameters', request).results
+
+
+def diagnosis(probe) -> dict[str, str]:
+    """The next diagnostics, as a mapping; the message under 'message', the level under 'level'."""
+    messages = probe.collect(DiagnosticArray, '/diagnostics')
+    probe.spin_until(lambda: messages)
+    status = messages[0].status[0]
+    return {
+        'name': status.name,
+        'message': status.message,
+        'level': status.level,
+        **{item.key: item.value for item in status.values},
+    }

@@ -1,0 +1,141 @@
+"""The parameters of the running node."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    SetParametersAtomically,
+)
+from ros_messages import FLOATING, numbers, set_parameters, stamp, value
+from sensor_msgs.msg import PointCloud2
+
+from cloth_ros.model.quantity import PARAMETER_NAMES
+
+
+def test_parameters_are_described(start_cloth, probe):
+    start_cloth()
+    names = sorted(PARAMETER_NAMES)
+    request = DescribeParameters.Request(names=names)
+    descriptors = probe.call(DescribeParameters, '/cloth/describe_parameters', request).descriptors
+    assert [descriptor.name for descriptor in descriptors] == names
+    for descriptor in descriptors:
+        known = PARAMETER_NAMES[descriptor.name]
+        assert known.text in descriptor.description
+        assert known.unit in descriptor.description
+        assert descriptor.read_only == known.fixed
+        assert descriptor.type != ParameterType.PARAMETER_NOT_SET
+    by_name = {descriptor.name: descriptor for descriptor in descriptors}
+    assert by_name['springs.shear'].floating_point_range[0].to_value == 1e8
+    assert by_name['sheet.rows'].integer_range[0].to_value == 1024
+
+
+def test_parameters_change_together_or_not_at_all(start_cloth, probe):
+    start_cloth(solver__substeps=60, sphere__radius=1)
+    (good,) = set_parameters(probe, drag=2)  # a whole number is a number
+    assert good.successful, good.reason
+    request = SetParametersAtomically.Request(
+        parameters=[
+            Parameter(name='drag', value=value(3.0)),
+            Parameter(name='springs.structural', value=value(1e6)),
+        ]
+    )
+    both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
+    assert not both.successful
+    assert 'solver.substeps is 60' in both.reason
+    assert 'at least' in both.reason
+    names = ['drag', 'springs.structural']
+    values = probe.call(
+        GetParameters, '/cloth/get_parameters', GetParameters.Request(names=names)
+    ).values
+    assert [item.double_value for item in values] == [2.0, 500.0]
+    bad = set_parameters(
+        probe,
+        springs__shear=-1.0,
+        sheet__rows=5,
+        pins=['99,0'],
+        solver__method='magic',
+        gravity=[0.0, math.nan, 0.0],
+        wind__gust__speed=[3.0, 1.0],
+        rate=0.0,
+    )
+    assert not any(result.successful for result in bad)
+    assert all(result.reason for result in bad)
+    assert "'99,0'" in bad[2].reason
+    request.parameters.append(Parameter(name='solver.substeps', value=value(0)))
+    both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
+    assert both.successful, both.reason
+
+
+def test_every_parameter_that_is_not_fixed_changes_while_running(start_cloth, probe):
+    start_cloth(**FLOATING)
+    particles = probe.collect(PointCloud2, '/cloth/particles', depth=1000)
+    changes = {
+        'rate': 120.0,
+        'sheet__mass': 0.3,
+        'pins': [''],
+        'springs__structural': 100.0,
+        'springs__shear': 0.0,
+        'springs__bending': 0.0,
+        'springs__damping': 0.01,
+        'drag': 0.1,
+        'gravity': [0.0, 0.0, -1.0],
+        'wind__velocity': [0.0, 1.0, 0.0],
+        'wind__air_density': 1.0,
+        'wind__drag_coefficient': 0.5,
+        'wind__gust__period': 3.0,
+        'wind__gust__duration': 0.5,
+        'wind__gust__direction': [0.0, 0.0, 1.0],
+        'wind__gust__speed': [1.0, 2.0],
+        'wind__gust__seed': 7,
+        'sphere__radius': 0.1,
+        'sphere__position': [0.0, 0.0, 0.5],
+        'sphere__friction': 0.1,
+        'solver__method': 'symplectic_euler',
+        'solver__substeps': 100,
+        'solver__tolerance': 0.01,
+        'solver__precision': 'single',
+        'solver__threads': 1,
+        'solver__max_tick': 0.2,
+        'solver__overload': 'coarsen',
+        'markers__rate': 10.0,
+        'markers__springs': True,
+    }
+    fixed = {name for name, known in PARAMETER_NAMES.items() if known.fixed}
+    assert {name.replace('__', '.') for name in changes} == set(PARAMETER_NAMES) - fixed
+    for name, content in changes.items():
+        (result,) = set_parameters(probe, **{name: content})
+        assert result.successful, result.reason
+    particles.clear()
+    probe.spin_until(lambda: len(particles) >= 61)
+    stamps = [stamp(message) for message in particles]
+    assert np.median(np.diff(stamps)) == pytest.approx(1 / 120, rel=0.05)
+    assert np.isfinite(numbers(particles[-1])).all()
+    assert numbers(particles[-1])[..., 5].min() < 0  # gravity is there now
+
+
+def test_qos_can_be_overridden(start_cloth, probe):
+    start_cloth(**{'qos_overrides./cloth/particles.publisher.reliability': 'best_effort'})
+    probe.spin_until(lambda: probe.count_publishers('/cloth/particles'))
+    (info,) = probe.get_publishers_info_by_topic('/cloth/particles')
+    assert info.qos_profile.reliability.name == 'BEST_EFFORT'
+    (info,) = probe.get_publishers_info_by_topic('/cloth/markers')
+    assert info.qos_profile.reliability.name == 'RELIABLE'
+
+
+def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
+    node = start(
+        sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', '-p', 'sheet.rows:=0'
+    )
+    assert node.stop(0, patience=30.0) == 2
+    assert 'sheet.rows is 0, but must be 1 to 1024' in node.output
+    assert 'Traceback' not in node.output
+
+
+def test_names_that_no_scene_has_are_pointed_out(start_cloth):
+    node = start_cloth(**{'spring.shear': 3.0})
+    assert "did you mean 'springs.shear'" in node.output

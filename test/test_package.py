@@ -1,0 +1,86 @@
+"""What holds for the package as a whole."""
+
+import ast
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+from conftest import ROOT
+
+from tools.parameter_table import parameter_table
+
+MODEL = sorted((ROOT / 'cloth_ros' / 'model').rglob('*.py'))
+ROS = ('rclpy', '_msgs', 'std_srvs', 'builtin_interfaces', 'launch')
+
+
+@pytest.mark.parametrize('path', MODEL, ids=lambda path: path.stem)
+def test_the_model_knows_no_ros(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            names = [node.module or '']
+            assert node.level <= 1 + (path.parent.name == 'methods'), 'it stays in the model'
+        assert not [name for name in names if any(word in name for word in ROS)]
+
+
+def test_the_model_runs_where_there_is_no_ros():
+    """A Python whose imports of ROS fail takes no harm."""
+    code = (
+        'import sys\n'
+        "for name in ('rclpy', 'sensor_msgs', 'geometry_msgs', 'std_msgs', 'std_srvs'):\n"
+        '    sys.modules[name] = None\n'
+        'from cloth_ros import Cloth, Scene\n'
+        "cloth = Cloth(Scene.from_yaml('config/gust.yaml'))\n"
+        'cloth.advance(0.1)\n'
+        'print(cloth.positions.shape)\n'
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', code], cwd=ROOT, text=True, capture_output=True, check=False
+    )
+    assert result.stdout == '(36, 36, 3)\n', result.stderr
+
+
+def test_the_table_in_the_readme_is_that_of_the_scene():
+    assert parameter_table() in (ROOT / 'README.md').read_text()
+
+
+def test_the_pictures_and_links_of_the_readme_exist():
+    text = (ROOT / 'README.md').read_text()
+    links = re.findall(r'\]\(([^)#]+)\)|src="([^"]+)"', text)
+    local = [a or b for a, b in links if not (a or b).startswith('http')]
+    assert local
+    assert not [link for link in local if not (ROOT / link).exists()]
+
+
+def test_the_version_is_the_same_everywhere():
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    version = package.findtext('version')
+    assert f"version='{version}'" in (ROOT / 'setup.py').read_text()
+    assert f'\n{version} (' in (ROOT / 'CHANGELOG.rst').read_text()
+
+
+def test_what_is_imported_is_declared():
+    """Every import of the package is a dependency of package.xml."""
+    keys = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    declared = {element.text for element in package.findall('exec_depend')}
+    imported = set()
+    for path in [*(ROOT / 'cloth_ros').rglob('*.py'), *(ROOT / 'launch').glob('*.py')]:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.split('.')[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+                imported.add(node.module.split('.')[0])
+    outside = imported - set(sys.stdlib_module_names) - {'tf2_ros'}  # optional
+    assert {keys.get(name, name) for name in outside} <= declared
+
+
+def test_files_hold_one_subject():
+    folders = ('cloth_ros', 'config', 'examples', 'launch', 'test', 'tools')
+    paths = [path for folder in folders for path in (ROOT / folder).rglob('*.py')]
+    assert len(paths) > 40
+    assert not [path for path in paths if len(path.read_text().splitlines()) > 400]
