@@ -168,6 +168,29 @@ def gather(cells, count, begin, stride, rows, columns, particles, local):  # typ
     return number, triangles
 
 
+@exact
+def _load(position, velocity, free, particles, h, start, drift, points, speeds, moves):  # type: ignore[no-untyped-def]
+    """Write the particles as they were before the substep, seen from the sphere."""
+    for n in range(len(particles)):
+        i = particles[n]
+        moves[n] = free[i]
+        for axis in range(3):
+            speed = np.float64(velocity[axis, i])
+            points[n, axis] = np.float64(position[axis, i]) - h * speed - start[axis]
+            speeds[n, axis] = speed - drift[axis]
+
+
+@exact
+def _store(position, velocity, particles, end, drift, points, speeds, moves):  # type: ignore[no-untyped-def]
+    """Write back what moves."""
+    for n in range(len(particles)):
+        if moves[n] > 0:
+            i = particles[n]
+            for axis in range(3):
+                position[axis, i] = points[n, axis] + end[axis]
+                velocity[axis, i] = speeds[n, axis] + drift[axis]
+
+
 class SphereContact:
     """
     The sphere of a scene and its contact with the sheet.
@@ -178,7 +201,7 @@ class SphereContact:
         Of the sphere, m from the centre of the undeformed sheet and m/s, shape (3,).
     deepest
         Greatest depth, m, of a triangle in the sphere at the end of the last `resolve` that
-        found contact; not above the tolerance unless pins hold the sheet in the sphere.
+        found contact, where it is above the tolerance: pins hold the sheet in the sphere.
 
     """
 
@@ -244,19 +267,14 @@ class SphereContact:
             self._local,
         )
         particles = self._particles[:number]
-        velocity = state.velocity[:, particles].T.astype(float)
-        before = state.position[:, particles].T.astype(float) - h * velocity
-        free = state.free[particles].astype(float)
-        # Seen from the sphere: its centre stays at the origin.
-        points, speeds = before - start, velocity - self.velocity
+        points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
+        fields = (state.position, state.velocity)
+        _load(*fields, state.free, particles, h, start, self.velocity, points, speeds, moves)
         self.deepest, touched = sweep(
-            points, speeds, free, triangles, self._radius, self._friction, h, self._tolerance
+            points, speeds, moves, triangles, self._radius, self._friction, h, self._tolerance
         )
         if touched:
-            moved = free > 0
-            particles = particles[moved]
-            state.position[:, particles] = (points[moved] + self.centre).T
-            state.velocity[:, particles] = (speeds[moved] + self.velocity).T
+            _store(*fields, particles, self.centre, self.velocity, points, speeds, moves)
 
 
 def warm_up(dtype: Any) -> None:

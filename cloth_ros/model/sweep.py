@@ -26,6 +26,8 @@ from .compile import exact
 
 _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
+# Share of the tolerance that a contact may creep deeper in a stride before it is pushed again.
+_CREEP = 1e-2
 # Travel of a particle in one stride, in radii, from which its triangles might change sides.
 _CARRIED = 1.8
 
@@ -73,6 +75,17 @@ def _direction(points, triangle, weights, distance, radius, out):  # type: ignor
 
 
 @exact
+def _is_claimed(claimed, stride_number, triangle, weights):  # type: ignore[no-untyped-def]
+    """Tell if the closest point is a corner that another triangle has been noted for already."""
+    for k in range(3):
+        if weights[k] == 1.0:
+            if claimed[triangle[k]] == stride_number:
+                return True
+            claimed[triangle[k]] = stride_number
+    return False
+
+
+@exact
 def _greatest_speed(speeds):  # type: ignore[no-untyped-def]
     greatest = 0.0
     for i in range(len(speeds)):
@@ -95,8 +108,10 @@ def _travel(points, start):  # type: ignore[no-untyped-def]
 
 
 @exact
-def _push_velocity(speeds, free, triangle, weights, normal, least, friction):  # type: ignore[no-untyped-def]
-    """Let the contact point recede at `least` m/s or faster; return whether it did not."""
+def _push_velocity(  # type: ignore[no-untyped-def]
+    speeds, free, triangle, weights, normal, least, slack, friction
+):
+    """Let the contact point recede at `least` m/s or faster; return whether it fell short."""
     u, v, w = 0.0, 0.0, 0.0
     inverse_mass = 0.0
     for k in range(3):
@@ -106,7 +121,7 @@ def _push_velocity(speeds, free, triangle, weights, normal, least, friction):  #
         w += weight * speeds[i, 2]
         inverse_mass += free[i] * weight * weight
     along = u * normal[0] + v * normal[1] + w * normal[2]
-    if inverse_mass == 0.0 or along >= least - 1e-9 * (1.0 + abs(along)):
+    if inverse_mass == 0.0 or along >= least - slack:
         return False
     push = least - along
     # Coulomb: at most friction × push against the sliding, and never past its end.
@@ -220,7 +235,8 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     Returns
     -------
     (float, bool)
-        Greatest depth of a triangle at the end, m, and whether there was contact at all.
+        Greatest depth of a triangle at the end, m, or 0 where it is within the tolerance; and
+        whether there was contact at all.
 
     """
     weights = np.empty((len(triangles), 3))
@@ -228,12 +244,15 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     gaps = np.empty(len(triangles))
     near = np.empty(len(triangles), np.int32)
     start = np.empty_like(points)
-    left, touched = h, False
+    claimed = np.zeros(len(points), np.int32)
+    stride_number = 0
+    left, deepest, touched = h, 0.0, False
     while left > 0.0:
         fastest = _greatest_speed(speeds)
         if not np.isfinite(fastest):
             break
         reach = left * fastest
+        stride_number += 1
         clearance = np.inf
         count = 0
         for t in range(len(triangles)):
@@ -245,26 +264,28 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
             distance = np.sqrt(squared)
             gaps[t] = distance - radius
             if gaps[t] <= reach:
+                clearance = min(clearance, gaps[t])
+                if _is_claimed(claimed, stride_number, triangles[t], weights[t]):
+                    continue
                 _direction(points, triangles[t], weights[t], distance, radius, normals[t])
                 near[count] = t
                 count += 1
-                clearance = min(clearance, gaps[t])
         if count == 0:
             points += left * speeds
             break
         touched = True
         travel = max(clearance, 0.5 * radius)
         stride = left if reach <= travel else travel / fastest
+        slack = _CREEP * tolerance / stride
         for _ in range(_VELOCITY_PASSES):
             pushed = False
             for n in range(count):
                 t = near[n]
                 if gaps[t] <= stride * fastest:
                     least = min(-gaps[t] / stride, 0.0)
-                    if _push_velocity(
-                        speeds, free, triangles[t], weights[t], normals[t], least, friction
-                    ):
-                        pushed = True
+                    pushed |= _push_velocity(
+                        speeds, free, triangles[t], weights[t], normals[t], least, slack, friction
+                    )
             if not pushed:
                 break
         start[:] = points
@@ -273,5 +294,6 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
         strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
         if strayed or not settled:
             _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
+        deepest = 0.0 if settled else _deepest(points, triangles, radius)
         left -= stride
-    return _deepest(points, triangles, radius), touched
+    return deepest, touched
