@@ -72,7 +72,7 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
 
 
 def test_every_parameter_that_is_not_fixed_changes_while_running(start_cloth, probe):
-    start_cloth(**FLOATING)
+    start_cloth(**FLOATING, sheet__orientation='[0.1, 0.2, 0.3, 0.4]')
     particles = probe.collect(PointCloud2, '/cloth/particles', depth=1000)
     changes = {
         'rate': 120.0,

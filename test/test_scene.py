@@ -105,6 +105,17 @@ def test_groups_may_be_mappings_objects_or_dotted_names():
     assert expected.with_parameters({'wind.gust.seed': 3}) == expected
 
 
+def test_what_was_normalised_stays_to_the_bit():
+    """A scene is checked again with every change, and its fixed parameters must not differ."""
+    generator = np.random.default_rng(0)
+    for _ in range(200):
+        scene = Scene(
+            sheet={'orientation': generator.normal(size=4)},
+            wind={'gust': {'direction': generator.normal(size=3)}},
+        )
+        assert scene.with_parameters({}) == scene
+
+
 def test_a_scene_cannot_be_changed_into_an_invalid_one():
     with pytest.raises(AttributeError):
         Scene().rate = -1  # type: ignore[misc]

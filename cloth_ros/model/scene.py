@@ -27,6 +27,8 @@ def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
     length = math.hypot(*vector)
     if length < 1e-9:
         raise refuse(name, list(vector), f'a {what} other than zero', 'give its direction')
+    if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
+        return vector
     return tuple(component / length for component in vector)
 
 

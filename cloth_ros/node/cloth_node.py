@@ -299,16 +299,17 @@ def main(args: list[str] | None = None) -> int:
         # rclpy's own handlers would end the context in the middle of a tick.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         executor = SingleThreadedExecutor()
-        node = ClothNode()
+        try:
+            node = ClothNode()
+        except ValueError as error:
+            print(f'cloth_node: {error}', file=sys.stderr)
+            return 2
         executor.add_node(node)
         stop.spinning = True
         while not stop.asked:
             executor.spin_once()
     except KeyboardInterrupt:
         pass
-    except ValueError as error:
-        print(f'cloth_node: {error}', file=sys.stderr)
-        return 2
     finally:
         stop.spinning = True
         try_shutdown()
