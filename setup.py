@@ -41,6 +41,6 @@ setup(
         ],
         'pictures': ['pyvista'],
     },
-    entry_points={'console_scripts': ['cloth_node = cloth_ros.node.cloth_node:main']},
+    entry_points={'console_scripts': ['cloth_node = cloth_ros.node.main:main']},
     zip_safe=False,
 )

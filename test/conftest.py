@@ -101,7 +101,7 @@ def start_cloth(start: Callable[..., Process]) -> Callable[..., Process]:
         arguments = list(ros_arguments)
         for name, value in parameters.items():
             arguments += ['-p', f'{name.replace("__", ".")}:={value}']
-        node = start(sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', *arguments)
+        node = start(sys.executable, '-m', 'cloth_ros.node.main', '--ros-args', *arguments)
         node.wait_for_output('publishing')
         return node
 

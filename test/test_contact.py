@@ -205,6 +205,40 @@ def test_a_single_particle_is_caught():
     np.testing.assert_allclose(cloth.positions[0, 0], (0, 0, 0.4), atol=TOLERANCE)
 
 
+def test_positions_between_two_advances_are_passed_in_their_order():
+    """Around the edge of a sheet in three legs, where the straight way leads through it."""
+    cloth = Cloth(
+        Scene(
+            sheet={'rows': 9, 'columns': 9},
+            pins=[':,0', ':,-1', '0,:', '-1,:'],
+            gravity=(0, 0, 0),
+            wind={'air_density': 0.0},
+            sphere={'radius': 0.05, 'position': (0, 0, 1.3)},
+        )
+    )
+    still = cloth.positions
+    for corner in ((1.0, 0, 1.3), (1.0, 0, 0.7), (0, 0, 0.7)):
+        cloth.move_sphere(corner)
+    cloth.advance(1 / 60)
+    assert cloth.sphere_position == (0, 0, 0.7)
+    np.testing.assert_allclose(cloth.positions, still, atol=1e-4)
+    cloth.move_sphere((0, 0, 1.3))
+    cloth.advance(1 / 60)
+    assert np.abs(cloth.positions - still).max() > 0.2
+
+
+@pytest.mark.parametrize('distance', [10.0, 900.0])
+def test_a_sphere_that_jumps_takes_the_sheet_along_in_bounded_time(distance):
+    cloth = Cloth(Scene.from_yaml(CONFIG / 'small_fast_sphere.yaml'))
+    cloth.move_sphere((0, 0, 1.5 - distance))
+    cloth.advance(1 / 60)
+    for _ in range(5):
+        cloth.advance(1 / 60)
+        assert np.isfinite(cloth.positions).all()
+    with pytest.raises(ValueError, match='within 1000 m of the sheet'):
+        cloth.move_sphere((0, 0, -1e5))
+
+
 def test_without_a_sphere_there_is_nothing_to_move():
     with pytest.raises(ValueError, match=r'sphere\.radius'):
         Cloth(Scene()).move_sphere((0, 0, 1))

@@ -163,7 +163,7 @@ def test_cyclone_receives_the_cloth_and_commands_it(start, domain):
     node = start(
         sys.executable,
         '-m',
-        'cloth_ros.node.cloth_node',
+        'cloth_ros.node.main',
         '--ros-args',
         '-p',
         'sheet.rows:=7',

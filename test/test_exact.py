@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.methods import METHODS
 
 UPRIGHT = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # rows run down, along -z
 
@@ -177,6 +178,31 @@ def test_momentum_is_kept_without_outer_forces(seed, precision):
         # Symplectic Euler keeps the angular momentum about any point as well.
         before, after = np.cross(p, v).sum((0, 1)), np.cross(q, w).sum((0, 1))
         np.testing.assert_allclose(after, before, atol=1e-9 * np.abs(np.cross(p, v)).sum())
+
+
+@pytest.mark.parametrize('name', METHODS)
+def test_a_method_has_the_order_that_it_declares(name):
+    """Error at a fixed time against the step, as a slope; a swinging net of 3 × 3 in double."""
+    positions = {}
+    for substeps in (400, 800, 1600, 25_600):
+        cloth = Cloth(
+            scene(
+                **{
+                    'sheet.rows': 3,
+                    'sheet.columns': 3,
+                    'pins': ['0,:'],
+                    'springs.shear': 250.0,
+                    'solver.method': name,
+                    'solver.substeps': substeps,
+                    'drag': 0.3,
+                }
+            )
+        )
+        cloth.advance(0.25)
+        positions[substeps] = cloth.positions
+    errors = [np.abs(positions[n] - positions[25_600]).max() for n in (400, 800, 1600)]
+    slopes = np.diff(np.log2(errors))
+    np.testing.assert_allclose(-slopes, METHODS[name].order, atol=0.1)
 
 
 def test_energy_stays_without_damping():

@@ -35,7 +35,7 @@ SCENES = {
 @pytest.fixture(params=SCENES)
 def cloth(request: pytest.FixtureRequest) -> Cloth:
     cloth = Cloth(SCENES[request.param])
-    if cloth.scene.wind.present:
+    if cloth.scene.has_air:
         cloth.wind = (1, 2, -3)
     cloth.advance(0.1)
     return cloth
@@ -83,7 +83,7 @@ def test_markers_read_by_rclpy(cloth):
         'pins': scene.pinned().any(),
         'springs': lines,
         'sphere': scene.sphere.radius > 0,
-        'wind': scene.wind.present,
+        'wind': scene.has_air,
     }
     assert set(by_name) == {name for name, present in expected.items() if present}
     for marker in message.markers:

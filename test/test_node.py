@@ -15,7 +15,7 @@ from ros_messages import FLOATING, SPHERE, diagnosis, numbers, pose, set_paramet
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 
 def test_rates_stamps_frames_and_layout(start_cloth, probe):
@@ -79,6 +79,7 @@ def test_pause_and_reset(start_cloth, probe):
     particles.clear()
     probe.spin_until(lambda: len(particles) >= 10)
     assert len({bytes(message.data) for message in particles}) == 1
+    assert len({stamp(message) for message in particles}) == 1  # it is the state of that time
     assert probe.call(Trigger, '/cloth/reset', Trigger.Request()).success
     particles.clear()
     probe.spin_until(lambda: len(particles) >= 3)
@@ -190,6 +191,7 @@ def test_simulated_time_is_followed(start_cloth, probe):
     particles = probe.collect(PointCloud2, '/cloth/particles')
     probe.spin_for(0.3)
     assert not particles  # no clock, no ticks
+    assert 'clock' in diagnosis(probe)['message']
     message = Clock()
     for n in range(100):
         message.clock.sec, message.clock.nanosec = divmod(10**9 * 1000 + n * 20_000_000, 10**9)
@@ -200,6 +202,76 @@ def test_simulated_time_is_followed(start_cloth, probe):
     assert np.all((stamps >= 999.9) & (stamps <= 1002))
     # Two seconds of a fall that real time had no half second for; a few ticks may be dropped.
     assert numbers(particles[-1])[..., 2].min() < 0.4
+
+
+def test_a_clock_that_jumps_loses_no_time_and_no_markers(start_cloth, probe):
+    node = start_cloth(use_sim_time='true', rate=50)
+    clock = probe.create_publisher(Clock, '/clock', 10)
+    probe.spin_until(clock.get_subscription_count)
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    markers = probe.collect(MarkerArray, '/cloth/markers')
+    for start_at in (1_700_000_000, 1_800_000_000, 100):
+        for n in range(60):
+            message = Clock()
+            nanoseconds = 10**9 * start_at + n * 20_000_000
+            message.clock.sec, message.clock.nanosec = divmod(nanoseconds, 10**9)
+            clock.publish(message)
+            probe.spin_for(0.004)
+        probe.spin_until(lambda: abs(stamp(particles[-1]) - start_at) < 5)  # noqa: B023
+        probe.spin_until(lambda: abs(stamp(markers[-1].markers[0]) - start_at) < 5)  # noqa: B023
+    assert 'slow motion' not in node.output
+
+
+def test_markers_that_the_scene_loses_are_taken_away(start_cloth, probe):
+    start_cloth(**FLOATING, **SPHERE)
+    markers = probe.collect(MarkerArray, '/cloth/markers')
+    probe.spin_until(lambda: markers)
+    set_parameters(probe, sphere__radius=0.0, wind__air_density=0.0, pins=[''])
+
+    def deleted():
+        return {
+            marker.ns
+            for message in markers
+            for marker in message.markers
+            if marker.action == Marker.DELETE and len(message.markers) == 3
+        }
+
+    probe.spin_until(lambda: deleted() == {'sphere', 'wind', 'pins'})
+    markers.clear()
+    probe.spin_until(lambda: len(markers) > 3)
+    assert {marker.ns for marker in markers[-1].markers} == {'sheet'}
+
+
+def test_a_signal_ends_it_in_the_middle_of_a_long_tick(start_cloth, probe):
+    node = start_cloth(sheet__rows=1000, sheet__columns=1000, solver__tolerance=1e-6)
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    probe.spin_until(lambda: particles)
+    began = time.monotonic()
+    assert node.stop(signal.SIGTERM) == 0
+    assert time.monotonic() - began < 1.0
+
+
+def test_a_sphere_far_away_is_refused_and_a_fast_one_is_not_too_much(start_cloth, probe):
+    start_cloth('--params-file', 'config/gust.yaml')
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    move = probe.publisher(PoseStamped, '/sphere_pose')
+    move.publish(pose(x=4.5e5, y=8.5e5))
+    probe.spin_until(lambda: diagnosis(probe)['rejected sphere_pose'] == '1')
+    move.publish(pose(y=900.0, z=1.4))
+    particles.clear()
+    probe.spin_until(lambda: len(particles) > 60)
+    assert np.isfinite(numbers(particles[-1])).all()
+
+
+def test_a_file_that_cannot_be_read_is_refused_in_one_line(start, tmp_path):
+    path = tmp_path / 'scene.yaml'
+    path.write_text('[')
+    node = start(
+        sys.executable, '-m', 'cloth_ros.node.main', '--ros-args', '--params-file', str(path)
+    )
+    assert node.stop(0, patience=30.0) == 2
+    assert 'Traceback' not in node.output
+    assert 'scene.yaml' in node.output
 
 
 def test_nodes_run_side_by_side_in_namespaces(start_cloth, probe):
@@ -222,7 +294,7 @@ def test_it_starts_without_a_home(start):
         'ROS_LOG_DIR',
         sys.executable,
         '-m',
-        'cloth_ros.node.cloth_node',
+        'cloth_ros.node.main',
         **bare,
     )
     node.wait_for_output('publishing')

@@ -35,7 +35,7 @@ def test_parameters_are_described(start_cloth, probe):
 
 
 def test_parameters_change_together_or_not_at_all(start_cloth, probe):
-    start_cloth(solver__substeps=60, sphere__radius=1)
+    start_cloth(solver__substeps=60, sphere__radius=1, sphere__position='[0.0, 0.0, 9.0]')
     (good,) = set_parameters(probe, drag=2)  # a whole number is a number
     assert good.successful, good.reason
     request = SetParametersAtomically.Request(
@@ -65,6 +65,10 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
     )
     assert not any(result.successful for result in bad)
     assert all(result.reason for result in bad)
+    for content in (5, True, 2.5, 'x', [1.0], ['0,0']):
+        for name in ('pins', 'gravity', 'drag', 'sheet__rows', 'markers__springs', 'frame_id'):
+            (result,) = set_parameters(probe, **{name: content})
+            assert result.successful or result.reason
     assert "'99,0'" in bad[2].reason
     request.parameters.append(Parameter(name='solver.substeps', value=value(0)))
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
@@ -128,9 +132,7 @@ def test_qos_can_be_overridden(start_cloth, probe):
 
 
 def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
-    node = start(
-        sys.executable, '-m', 'cloth_ros.node.cloth_node', '--ros-args', '-p', 'sheet.rows:=0'
-    )
+    node = start(sys.executable, '-m', 'cloth_ros.node.main', '--ros-args', '-p', 'sheet.rows:=0')
     assert node.stop(0, patience=30.0) == 2
     assert 'sheet.rows is 0, but must be 1 to 1024' in node.output
     assert 'Traceback' not in node.output

@@ -9,7 +9,7 @@ from std_msgs.msg import Header
 
 
 def diagnostics_message(
-    header: Header, name: str, message: str, values: Mapping[str, object], *, warn: bool
+    header: Header, name: str, message: str, values: Mapping[str, object], level: bytes
 ) -> DiagnosticArray:
     """
     Return a diagnostic array with one status.
@@ -24,12 +24,12 @@ def diagnostics_message(
         What is to be said of it in a few words.
     values
         What was measured, with units in the names.
-    warn
-        True if something is wrong.
+    level
+        OK, WARN or ERROR of DiagnosticStatus.
 
     """
     status = DiagnosticStatus(
-        level=DiagnosticStatus.WARN if warn else DiagnosticStatus.OK,
+        level=level,
         name=f'{name}: simulation',
         message=message,
         hardware_id='none',

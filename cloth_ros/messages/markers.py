@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from geometry_msgs.msg import Point, Vector3
@@ -34,6 +35,13 @@ def _points(numbers: list[float]) -> list[Point]:
         Point(x=x, y=y, z=z)
         for x, y, z in zip(numbers[::3], numbers[1::3], numbers[2::3], strict=True)
     ]
+
+
+def deletion(namespaces: Iterable[str], frame_id: str) -> MarkerArray:
+    """Return a message that takes away what viewers still show of markers that are no more."""
+    header = Header(frame_id=frame_id)
+    markers = [Marker(header=header, ns=name, action=Marker.DELETE) for name in namespaces]
+    return MarkerArray(markers=markers)
 
 
 class MarkersMessage:
@@ -68,7 +76,7 @@ class MarkersMessage:
         if sum(springs):
             marker = self._marker('springs', Marker.LINE_LIST, _SPRING_COLOUR, self._thickness / 3)
             lists.append((marker, 2, sum(springs)))
-        if scene.wind.present:
+        if scene.has_air:
             marker = self._marker('wind', Marker.ARROW, _WIND_COLOUR, 1.0)
             marker.scale = Vector3(x=0.02, y=0.05, z=0.08)
             marker.action = _ACTION
@@ -90,13 +98,18 @@ class MarkersMessage:
             places[marker.ns] = self._template.stretch(mark, length, count), (count, length, 3)
         if scene.sphere.radius > 0:
             places['sphere'] = self._template.place(np.array(centre).tobytes()), (3,)
-        action = self._template.place(_ACTION_MARK) if 'wind' in places else None
+        action = self._template.place(_ACTION_MARK) + 8 if 'wind' in places else None
         self._template.freeze()
         self._views = {
             name: self._template.view(place, np.float64, shape)
             for name, (place, shape) in places.items()
         }
         self._action = None if action is None else self._template.view(action, np.int32, (1,))
+
+    @property
+    def namespaces(self) -> frozenset[str]:
+        """Namespaces of the markers in the message."""
+        return frozenset(self._views)
 
     @property
     def _grid(self) -> Array:
@@ -160,4 +173,5 @@ class MarkersMessage:
 
 # In the place of the wind marker's `action`, which follows its `id` and `type`.
 _ACTION = 0x3C0F_FEE5
-_ACTION_MARK = np.int32(_ACTION).tobytes()
+# Together with these: four bytes alone may stand in padding, left over from another message.
+_ACTION_MARK = np.array([0, Marker.ARROW, _ACTION], np.int32).tobytes()

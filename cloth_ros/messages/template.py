@@ -116,4 +116,4 @@ class Template:
 
     def tobytes(self) -> bytes:
         """Return the message as `Publisher.publish` takes it."""
-        return bytes(self._bytes.tobytes())
+        return self._bytes.tobytes()  # type: ignore[no-any-return]

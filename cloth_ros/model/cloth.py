@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,44 +15,18 @@ from .energy import Energy, energy, largest_strain
 from .gusts import Gusts
 from .lattice import Array, Lattice, flat_sheet
 from .methods import METHODS
-from .quantity import PARAMETER_NAMES, refuse
+from .quantity import PARAMETER_NAMES, checked_vector, refuse
 from .scene import Scene
+from .sphere_path import Path
 from .state import State, greatest_speed
 from .substeps import LOOK_EVERY, ROUNDING, refinement, substep_length
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
-
-def checked_vector(name: str, vector: Sequence[float], parameter: str) -> Array:
-    """
-    Return a vector of three finite numbers as an array, shape (3,).
-
-    Arguments:
-    ---------
-    name
-        What the vector is, for the error.
-    vector
-        Three numbers.
-    parameter
-        Name of the scene parameter whose range holds for each of them.
-
-    Raises
-    ------
-    ValueError
-        The vector has not three numbers, or one is not finite or out of range.
-
-    """
-    limit = PARAMETER_NAMES[parameter]
-    allowed = f'three finite numbers, each {limit.range_text}'
-    try:
-        array = np.array(vector, float)
-    except (TypeError, ValueError, OverflowError):
-        raise refuse(name, vector, allowed, 'correct it') from None
-    if array.shape != (3,):
-        raise refuse(name, vector, allowed, 'give x, y and z')
-    if not np.all((limit.low <= array) & (array <= limit.high)):  # False for NaN
-        raise refuse(name, array.tolist(), allowed, 'correct it')
-    return array
+# Distance of the sphere's surface from the sheet, m, that can be commanded, and the number of
+# positions that it passes in one advance.
+_FARTHEST = 1000.0
+_WAYPOINTS = 64
 
 
 class Cloth:
@@ -70,7 +45,7 @@ class Cloth:
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
         self.coarse = False
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
-        self._origin = np.array(scene.sheet.position)[:, None, None]
+        self._origin = np.zeros((3, 1, 1))
         self._state = State(self._lattice, _DTYPES[scene.solver.precision])
         self._wind = np.zeros(3)
         self._air = np.zeros(3)
@@ -120,15 +95,16 @@ class Cloth:
         if scene.wind.velocity != self._scene.wind.velocity:
             self._wind = np.array(scene.wind.velocity)
         if scene.sphere.position != self._scene.sphere.position:
-            self._sphere_target = np.array(scene.sphere.position)
+            self._sphere_path = [np.array(scene.sphere.position)]
             if self._contact is None:
-                self._sphere = self._sphere_target
+                self._sphere = self._sphere_path[-1]
         self._build(scene)
 
     def reset(self) -> None:
         """Go back to the initial state: sheet, wind, sphere and time."""
         sheet = self._scene.sheet
         grid = self._lattice.grid
+        self._origin = np.array(sheet.position)[:, None, None]
         grid(self._state.position)[...] = flat_sheet(
             sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
         )
@@ -138,7 +114,7 @@ class Cloth:
         self._substeps = 0
         self._wind = np.array(self._scene.wind.velocity)
         self._sphere = np.array(self._scene.sphere.position)
-        self._sphere_target = self._sphere
+        self._sphere_path = []
         if self._contact is not None:
             self._contact.centre = self._sphere - self._origin[:, 0, 0]
             self._contact.forget()
@@ -192,8 +168,11 @@ class Cloth:
     def _checked(self, name: str, value: Array) -> Array:
         shape = (self._lattice.rows, self._lattice.columns, 3)
         array = np.asarray(value, float)
-        if array.shape != shape or not np.all(np.abs(array) <= 1e9):
-            raise refuse(name, array.shape, f'finite, of shape {shape}', 'correct the array')
+        if array.shape != shape:
+            raise refuse(f'the shape of {name}', array.shape, str(shape), 'correct it')
+        if not np.all(np.abs(array) <= 1e9):  # False for NaN
+            wrong = array[~(np.abs(array) <= 1e9)][0]
+            raise refuse(name, float(wrong), 'finite and at most 1e9 everywhere', 'correct it')
         return np.moveaxis(array, -1, 0)
 
     @property
@@ -263,6 +242,8 @@ class Cloth:
         """
         Sweep the sphere to `position`, m, which it reaches at the end of the next advance.
 
+        Positions given one after the other before that are passed in their order.
+
         Raises
         ------
         ValueError
@@ -273,7 +254,16 @@ class Cloth:
             raise refuse(
                 'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
             )
-        self._sphere_target = checked_vector('sphere position', position, 'sphere.position')
+        centre = checked_vector('sphere position', position, 'sphere.position')
+        distance = float(np.linalg.norm(centre - self._origin[:, 0, 0]))
+        if distance > _FARTHEST + self._scene.sphere.radius:
+            raise refuse(
+                'sphere position',
+                centre.tolist(),
+                f'within {_FARTHEST:g} m of the sheet',
+                'bring it nearer',
+            )
+        self._sphere_path = [*self._sphere_path[1 - _WAYPOINTS :], centre]
 
     @property
     def sphere_depth(self) -> float:
@@ -301,32 +291,56 @@ class Cloth:
             return
         count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
         before = (self._state.position.copy(), self._state.velocity.copy(), self._time)
+        origin = self._origin
+        self._follow()
+        path = None
         if self._contact is not None:
             self._contact.centre = self._sphere - self._origin[:, 0, 0]
-            self._contact.velocity = (self._sphere_target - self._sphere) / seconds
+            path = Path([self._sphere, *self._sphere_path], self._time, seconds)
+        self._sphere_path = []
         self._substeps = 0
         h = seconds / count
         for first in range(0, count, LOOK_EVERY):
-            fine = refinement(self._scene, h, greatest_speed(self._state))
-            self._run(fine * min(LOOK_EVERY, count - first), h / fine)
+            speed = greatest_speed(self._state)
+            fine = refinement(self._scene, h, speed, coarse=self.coarse)
+            self._run(fine * min(LOOK_EVERY, count - first), h / fine, path)
         if not np.isfinite(self._state.velocity).all():
             self._state.position, self._state.velocity, self._time = before
+            self._origin = origin
             self._forget_contact()
             raise FloatingPointError(
                 f'the state after {seconds:g} s would not be finite; the cloth stays as it was '
                 f'at {self._time:g} s'
             )
         self._time = before[2] + seconds
-        self._sphere = self._sphere_target
+        if path is not None:
+            self._sphere = path.end
 
-    def _run(self, count: int, h: float) -> None:
-        """Simulate `count` substeps of `h` s."""
+    def _follow(self) -> None:
+        """
+        Move the origin of the flat arrays along with a sheet that has strayed from it.
+
+        Single precision would otherwise resolve it ever less.  With a pin it cannot stray, and
+        the pin must not move by one bit.
+        """
+        grid = self._lattice.grid
+        strayed = grid(self._state.position)[:, 0, 0].astype(float)
+        if np.abs(strayed).max() < 4 * (1 + self._scene.sheet.diagonal):
+            return
+        if grid(self._state.free).all() and np.isfinite(strayed).all():
+            shift = np.round(strayed)[:, None, None]
+            grid(self._state.position)[...] -= shift.astype(self._state.dtype)
+            self._origin = self._origin + shift
+
+    def _run(self, count: int, h: float, path: Path | None) -> None:
+        """Simulate `count` substeps of `h` s, with the sphere on its path."""
         self._air[:] = self._wind
         for _ in range(count):
             if self._gusts is not None:
                 self._air[:] = self._wind + self._gusts.velocity(self._time)
             self._method.step(self._state, h)
-            if self._contact is not None:
+            if self._contact is not None and path is not None:
+                self._contact.velocity = path.velocity(self._time, h)
                 self._contact.resolve(self._state, h)
             self._time += h
         self._substeps += count
@@ -344,10 +358,24 @@ class Cloth:
         """Return the largest relative change of length of any spring."""
         return largest_strain(self._world(), self._scene)
 
-    def compile(self) -> None:
-        """Compile every kernel that the scene uses, and leave the state as it is."""
+    def compile(self) -> float:
+        """
+        Compile every kernel that the scene uses, and leave the state as it is.
+
+        Returns
+        -------
+        float
+            Wall-clock time of a substep without contact, s, once all is compiled.
+
+        """
         position, velocity = self._state.position.copy(), self._state.velocity.copy()
-        self._method.step(self._state, 0.0)
+        seconds = math.inf
+        for _ in range(3):
+            start = time.perf_counter()
+            self._method.step(self._state, 0.0)
+            seconds = min(seconds, time.perf_counter() - start)
         self._state.position[...], self._state.velocity[...] = position, velocity
+        greatest_speed(self._state)
         if self._contact is not None:
             contact.warm_up(self._state.dtype)
+        return seconds

@@ -30,7 +30,7 @@ class Dynamics:
         self.wind = wind
         self._drag = scene.drag
         self._springs = Springs(scene, lattice, dtype)
-        self._air = Aerodynamics(scene, lattice, dtype) if scene.wind.present else None
+        self._air = Aerodynamics(scene, lattice, dtype) if scene.has_air else None
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by springs, dashpots and gravity into `state`."""

@@ -13,6 +13,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 _METADATA = 'quantity'
 
 
@@ -224,3 +227,35 @@ def unknown_name(name: str, known: list[str]) -> ValueError:
     near = difflib.get_close_matches(name, known, n=1)
     remedy = f'did you mean {near[0]!r}?' if near else 'see the table of parameters in README.md'
     return ValueError(f'{name!r} is not a parameter of a scene; {remedy}')
+
+
+def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArray[np.float64]:
+    """
+    Return a vector of three finite numbers as an array, shape (3,).
+
+    Arguments:
+    ---------
+    name
+        What the vector is, for the error.
+    vector
+        Three numbers.
+    parameter
+        Name of the scene parameter whose range holds for each of them.
+
+    Raises
+    ------
+    ValueError
+        The vector has not three numbers, or one is not finite or out of range.
+
+    """
+    limit = PARAMETER_NAMES[parameter]
+    allowed = f'three finite numbers, each {limit.range_text}'
+    try:
+        array = np.array(vector, float)
+    except (TypeError, ValueError, OverflowError):
+        raise refuse(name, vector, allowed, 'correct it') from None
+    if array.shape != (3,):
+        raise refuse(name, vector, allowed, 'give x, y and z')
+    if not np.all((limit.low <= array) & (array <= limit.high)):  # False for NaN
+        raise refuse(name, array.tolist(), allowed, 'correct it')
+    return array

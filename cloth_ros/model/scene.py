@@ -138,6 +138,8 @@ class Gust(Group):
         object.__setattr__(self, 'direction', unit)
         if self.speed[0] > self.speed[1]:
             raise refuse('wind.gust.speed', list(self.speed), 'least, then greatest', 'swap them')
+        if 0 < self.period < 1e-3:
+            raise refuse('wind.gust.period', self.period, '0 or at least 0.001 s', 'lengthen it')
         if 0 < self.period < self.duration:
             raise refuse(
                 'wind.gust.duration',
@@ -166,11 +168,6 @@ class Wind(Group):
         1.0, 'drag coefficient of a triangle that faces the wind', low=0, high=100
     )
     gust: Gust = field(default_factory=Gust)
-
-    @property
-    def present(self) -> bool:
-        """True if the scene has air that acts on the sheet."""
-        return self.air_density * self.drag_coefficient > 0
 
 
 @dataclass(frozen=True)
@@ -291,6 +288,12 @@ class Scene(Group):
                     f'0 or at least {least} for a stable step at {self.rate:g} Hz',
                     'or soften the springs',
                 )
+
+    @property
+    def has_air(self) -> bool:
+        """True if there is air that acts on the sheet; a single row has no triangles to act on."""
+        triangles = self.sheet.rows > 1 and self.sheet.columns > 1
+        return triangles and self.wind.air_density * self.wind.drag_coefficient > 0
 
     def pinned(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Return which particles are pinned, bool, shape (rows, columns); raises ValueError."""

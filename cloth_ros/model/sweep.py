@@ -14,7 +14,8 @@ barycentric weights, with Coulomb friction.  No impulse adds energy, seen from t
 curvature leaves of a penetration is projected out at the end of the stride, without velocity.
 Where even that fails, the corners concerned are carried along by the sphere, which leaves their
 triangles just as far from it as they were: the end of a stride is never worse than its start,
-except where pinned particles are swept over.
+except where pinned particles are swept over.  The same ends a substep that would take too many
+strides.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from .compile import exact
 
 _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
+# Strides in one substep, beyond which everything in reach is carried along for the rest of it.
+_STRIDES = 200
 # Share of the tolerance that a contact may creep deeper in a stride before it is pushed again.
 _CREEP = 1e-2
 # Travel of a particle in one stride, in radii, from which its triangles might change sides.
@@ -250,6 +253,9 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     while left > 0.0:
         fastest = _greatest_speed(speeds)
         if not np.isfinite(fastest):
+            break
+        if stride_number == _STRIDES:
+            speeds *= 0.0
             break
         reach = left * fastest
         stride_number += 1

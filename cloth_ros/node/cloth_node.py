@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
-from types import FrameType
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
@@ -31,38 +26,44 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
 from ..messages.diagnostics import diagnostics_message
-from ..messages.markers import MarkersMessage
+from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth
 from .frames import Frames
+from .main import Stop
 from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
 _DEPTH = 5
 _WARNING_EVERY = 5.0  # s, between two warnings of one kind
+_JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
 
 class ClothNode(Node):
     """Steps a cloth by the clock, publishes it, and takes wind, sphere and parameters."""
 
-    def __init__(self) -> None:
+    def __init__(self, stop: Stop) -> None:
         super().__init__('cloth', automatically_declare_parameters_from_overrides=True)
         scene = declare_scene(self)
         self._log = self.get_logger()
-        self._log.info('preparing the kernels; the first start on a machine compiles them')
+        self._log.info('preparing the kernels; compiling them, the first time, takes a while')
+        self._stop = stop
         self._cloth = Cloth(scene)
-        self._cloth.compile()
         self._pacing = Pacing()
+        self._pacing.expect(self._cloth.compile())
         self._paused = False
         self._rejected: Counter[str] = Counter()
         self._timer: Any = None
         self._input_loggers: dict[str, Any] = {}
         self._unfinished = 0
+        self._failing = False
+        self._ticks = 0
         self._frames = Frames(self, scene.frame_id)
         self._particles = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
         self._markers: MarkersMessage | None = None
+        self._shown: frozenset[str] = frozenset()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
         self._particles_out = self._publisher(PointCloud2, '~/particles')
@@ -122,25 +123,35 @@ class ClothNode(Node):
         self._ticking = self.get_clock() if simulated else self._steady
         period = 1.0 / self._cloth.scene.rate
         self._last = self._ticking.now().nanoseconds
+        self._stamp = self.get_clock().now().nanoseconds
         self._next_markers = 0.0
         self._timer = self.create_timer(period, self._tick, clock=self._ticking)
 
     def _tick(self) -> None:
-        now = self._ticking.now().nanoseconds
-        elapsed, self._last = (now - self._last) * 1e-9, now
+        now, stamp = self._ticking.now().nanoseconds, self.get_clock().now().nanoseconds
+        elapsed, last = (now - self._last) * 1e-9, self._last
+        self._last = now
+        self._ticks += 1
+        if self._ticking is not self._steady and (last == 0 or not 0 <= elapsed <= _JUMP):
+            # The first /clock, or a jump: that time was never there.
+            elapsed, self._next_markers = 0.0, 0.0
         if self._paused:
             self._pacing.forget()
         else:
             self._simulate(elapsed)
-        # The state is as old as what is pending; a paused one is what holds now.
-        stamp = self.get_clock().now().nanoseconds - int(self._pacing.pending * 1e9)
-        seconds, nanoseconds = divmod(max(stamp, 0), 1_000_000_000)
+            # The state is as old as what is pending.
+            self._stamp = max(stamp - int(self._pacing.pending * 1e9), 0)
+        seconds, nanoseconds = divmod(self._stamp, 1_000_000_000)
         if self._particles_out.get_subscription_count():
             message = self._particles.serialise(self._cloth, seconds, nanoseconds)
             self._particles_out.publish(message)
         if self._markers_due(now * 1e-9) and self._markers_out.get_subscription_count():
             if self._markers is None:
                 self._markers = MarkersMessage(self._cloth)
+                vanished = self._shown - self._markers.namespaces
+                if vanished:
+                    self._markers_out.publish(deletion(vanished, self._cloth.scene.frame_id))
+                self._shown = self._markers.namespaces
             self._markers_out.publish(self._markers.serialise(self._cloth, seconds, nanoseconds))
 
     def _simulate(self, elapsed: float) -> None:
@@ -151,10 +162,15 @@ class ClothNode(Node):
             return
         start = time.perf_counter()
         try:
-            cloth.advance(count * substep)
+            with self._stop.interrupting():
+                cloth.advance(count * substep)
         except FloatingPointError as error:
             self._unfinished += 1
+            self._failing = True
+            pacing.forget()
             self._log.error(str(error), throttle_duration_sec=_WARNING_EVERY)
+            return
+        self._failing = False
         pacing.done(count, substep, time.perf_counter() - start)
         if scene.solver.overload == 'coarsen':
             if pacing.lost > 0:
@@ -184,9 +200,13 @@ class ClothNode(Node):
     def _on_wind(self, message: Vector3Stamped) -> None:
         vector = (message.vector.x, message.vector.y, message.vector.z)
         try:
-            if not self._cloth.scene.wind.present:
-                raise ValueError('this scene has no air; set wind.air_density above 0')
             self._cloth.wind = self._frames.to_own(vector, message.header.frame_id, is_point=False)
+            if not self._cloth.scene.has_air:
+                self._log.warning(
+                    'there is wind, but no air that acts: set wind.air_density above 0, and give '
+                    'the sheet two rows and two columns',
+                    throttle_duration_sec=_WARNING_EVERY,
+                )
         except ValueError as error:
             self._reject('wind', error)
 
@@ -203,6 +223,7 @@ class ClothNode(Node):
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._cloth.reset()
         self._pacing.forget()
+        self._stamp = self.get_clock().now().nanoseconds
         response.success = True
         response.message = 'the cloth is back in its initial state'
         return response
@@ -227,7 +248,9 @@ class ClothNode(Node):
         scene = changed_scene(before, parameters)
         if scene is not before:
             self._cloth.configure(scene)
-            self._cloth.compile()
+            self._pacing.expect(self._cloth.compile())
+            # What that took, compiling maybe, is no time that the cloth has lost.
+            self._last = self._ticking.now().nanoseconds
             self._markers = None
         clock_changed = any(parameter.name == 'use_sim_time' for parameter in parameters)
         if scene.rate != before.rate or clock_changed:
@@ -238,16 +261,21 @@ class ClothNode(Node):
     def _publish_diagnostics(self) -> None:
         cloth = self._cloth
         factor, lost = self._pacing.take_report()
-        warn = not self._paused
+        level = DiagnosticStatus.WARN
         if self._paused:
-            message = 'paused'
+            message, level = 'paused', DiagnosticStatus.OK
+        elif self._failing:
+            message, level = 'the cloth cannot go on from its state', DiagnosticStatus.ERROR
+        elif self._ticks == 0:
+            message = 'no tick since the last report; is there a /clock?'
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
             self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
         elif cloth.coarse:
             message = 'overload: coarsened to the stability limit'
         else:
-            message, warn = 'running in real time', False
+            message, level = 'running in real time', DiagnosticStatus.OK
+        self._ticks = 0
         if not self._diagnostics_out.get_subscription_count():
             return
         values = {
@@ -268,53 +296,31 @@ class ClothNode(Node):
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
-        self._diagnostics_out.publish(
-            diagnostics_message(header, name, message, values, warn=warn)
-        )
+        self._diagnostics_out.publish(diagnostics_message(header, name, message, values, level))
 
 
-class _Stop:
-    """SIGINT and SIGTERM: raise while the node is being made, and raise a flag once it spins."""
+def run(stop: Stop, args: list[str] | None) -> None:
+    """
+    Make the node and spin it until `stop` asks.
 
-    def __init__(self) -> None:
-        self.asked = False
-        self.spinning = False
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
+    Raises
+    ------
+    SystemExit
+        The node cannot be made; its text says why.
 
-    def _ask(self, _: int, __: FrameType | None) -> None:
-        if not self.spinning and not self.asked:
-            self.asked = True
-            raise KeyboardInterrupt
-        self.asked = True
-
-
-def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; return the exit code."""
-    if 'HOME' not in os.environ and 'ROS_LOG_DIR' not in os.environ:
-        # Without either rclpy does not start; logs are worth less than the cloth.
-        os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='cloth_ros-')
-    stop = _Stop()
+    """
     try:
         # rclpy's own handlers would end the context in the middle of a tick.
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         executor = SingleThreadedExecutor()
         try:
-            node = ClothNode()
-        except ValueError as error:
-            print(f'cloth_node: {error}', file=sys.stderr)
-            return 2
+            node = ClothNode(stop)
+        except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
+            raise SystemExit(' '.join(str(error).split())) from None
         executor.add_node(node)
-        stop.spinning = True
+        stop.defer()
         while not stop.asked:
             executor.spin_once()
-    except KeyboardInterrupt:
-        pass
     finally:
-        stop.spinning = True
+        stop.defer()
         try_shutdown()
-    return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -14,10 +14,6 @@ from ..model.lattice import rotation_matrix
 Vector = tuple[float, float, float]
 
 
-class UnknownFrameError(ValueError):
-    """A frame that cannot be brought into the node's own."""
-
-
 def transformed(vector: Vector, transform: Transform, *, is_point: bool) -> Vector:
     """Return a vector, or a point, in the target frame of a transform."""
     rotation = transform.rotation
@@ -34,9 +30,16 @@ class Frames:
     """Brings what arrives into the frame of the node."""
 
     def __init__(self, node: Node, frame_id: str) -> None:
-        self._node = node
         self._frame_id = frame_id
-        self._buffer: Any = None
+        self._tf2: Any = None
+        try:
+            import tf2_ros
+        except ImportError:
+            return
+        # From the start: transforms that were published before a message must be known then.
+        self._tf2 = tf2_ros
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer, node)
 
     def to_own(self, vector: Vector, frame_id: str, *, is_point: bool) -> Vector:
         """
@@ -44,26 +47,22 @@ class Frames:
 
         Raises
         ------
-        UnknownFrameError
+        ValueError
             tf2 is not installed, or does not know the way.
 
         """
         if frame_id in ('', self._frame_id):
             return vector
-        try:
-            from tf2_ros import Buffer, TransformException, TransformListener
-        except ImportError:
-            raise UnknownFrameError(
+        if self._tf2 is None:
+            raise ValueError(
                 f'the frame is {frame_id!r}, but must be {self._frame_id!r} or empty where tf2 '
                 'is not installed; transform it, or install ros-jazzy-tf2-ros'
-            ) from None
-        if self._buffer is None:  # from here on only: most users never need tf2
-            self._buffer = Buffer()
-            self._listener = TransformListener(self._buffer, self._node)
+            )
         try:
+            # The latest: to wait for the one of the stamp would delay the command.
             stamped = self._buffer.lookup_transform(self._frame_id, frame_id, Time())
-        except TransformException as error:
-            raise UnknownFrameError(
+        except self._tf2.TransformException as error:
+            raise ValueError(
                 f'the frame is {frame_id!r}, from which tf2 knows no way to '
                 f'{self._frame_id!r} ({error}); publish the transform'
             ) from None

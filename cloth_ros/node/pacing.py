@@ -18,13 +18,13 @@ class Pacing:
 
     Time is simulated in whole substeps of one length, whatever the jitter of the ticks: a step
     that changes all the time would pump energy into a nearly undamped cloth.  What is left of a
-    substep waits for the next tick.  When the machine cannot keep up, ticks keep their rate and
-    time is lost: slow motion.
+    substep waits for the next tick, or is simulated ahead by up to half a substep.  When the
+    machine cannot keep up, ticks keep their rate and time is lost: slow motion.
 
     Attributes
     ----------
     pending
-        Wall-clock time that is not simulated yet, s.
+        Wall-clock time that is not simulated yet, s; down to minus half a substep.
     lost
         Wall-clock time that was given up since the last `take_report`, s.
 
@@ -58,7 +58,8 @@ class Pacing:
         if excess > 0:
             self.lost += excess
             self.pending -= excess
-        count = math.floor(self.pending / substep + 1e-6)
+        # Rounded, not cut off: with one substep a tick, jitter must not leave ticks without one.
+        count = math.floor(self.pending / substep + 0.5)
         affordable = _SHARE * tick / self._cost if self._cost else math.inf
         if count > affordable:
             count = max(int(affordable), 1)
@@ -66,10 +67,14 @@ class Pacing:
 
     def done(self, count: int, substep: float, wall: float) -> None:
         """Note that `count` substeps were simulated, which took `wall` s."""
-        self.pending = max(self.pending - count * substep, 0.0)
+        self.pending -= count * substep
         self._simulated += count * substep
         cost = wall / count
         self._cost = cost if self._cost is None else self._cost + _NEWEST * (cost - self._cost)
+
+    def expect(self, cost: float) -> None:
+        """Take `cost`, s, for that of a substep until it is measured."""
+        self._cost = cost
 
     def load(self, substep: float) -> float:
         """Return the share of real time that substeps of this length take; 0 if unknown."""

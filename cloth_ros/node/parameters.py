@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import array
 from collections.abc import Iterable
 from typing import Any
 
@@ -11,9 +12,7 @@ from rclpy.parameter import Parameter
 
 from ..model import Scene
 from ..model.quantity import PARAMETER_NAMES, Quantity, unknown_name
-
-# Parameters that nodes have of themselves; everything else is the scene's.
-_NODE_OWN = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+from ..model.scene_file import NODE_PARAMETERS
 
 
 def _ros_value(value: Any) -> Any:
@@ -60,7 +59,7 @@ def declare_scene(node: Node) -> Scene:
     given = {}
     overrides: dict[str, Any] = node.get_parameters_by_prefix('')
     for name, parameter in overrides.items():
-        if name.split('.')[0] in _NODE_OWN:
+        if name.split('.')[0] in NODE_PARAMETERS:
             continue
         if name in PARAMETER_NAMES:
             given[name] = parameter.value
@@ -82,14 +81,14 @@ def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
     for parameter in parameters:
         default, value = flat.get(parameter.name), parameter.value
         whole = isinstance(value, int) and not isinstance(value, bool)
+        is_list = isinstance(value, (list, bytes, array.array))
         if isinstance(default, float) and whole:
             parameter = Parameter(parameter.name, Parameter.Type.DOUBLE, float(value))
-        elif isinstance(default, tuple) and value is not None:
-            if isinstance(default[0], str) and len(value) == 0:
-                parameter = Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
-            elif isinstance(default[0], float) and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
-                numbers = [float(number) for number in value]
-                parameter = Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
+        elif isinstance(default, tuple) and isinstance(default[0], str) and is_list and not value:
+            parameter = Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
+        elif isinstance(default, tuple) and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
+            numbers = [float(number) for number in value]
+            parameter = Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
         result.append(parameter)
     return result
 
