@@ -115,6 +115,7 @@ class Probe(Node):
         super().__init__('probe', context=context)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
+        self._clients_by_name: dict[str, object] = {}
 
     def spin_until(self, condition: Callable[[], object], patience: float = PATIENCE) -> None:
         """Handle what arrives until the condition holds."""
@@ -142,11 +143,19 @@ class Probe(Node):
         return publisher
 
     def call(self, kind: type, service: str, request: object):
-        client = self.create_client(kind, service)
+        """Call a service; once more where its answer was lost."""
+        client = self._clients_by_name.get(service)
+        if client is None:
+            client = self._clients_by_name[service] = self.create_client(kind, service)
         self.spin_until(client.service_is_ready)
-        future = client.call_async(request)
-        self.spin_until(future.done)
-        return future.result()
+        for _ in range(5):
+            future = client.call_async(request)
+            end = time.monotonic() + 5.0
+            # A server may answer before it has discovered where to: the answer is then dropped.
+            self.spin_until(lambda: future.done() or time.monotonic() > end)  # noqa: B023
+            if future.done():
+                return future.result()
+        pytest.fail(f'{service} does not answer')
 
 
 @pytest.fixture

@@ -292,7 +292,6 @@ class Cloth:
         count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
         before = (self._state.position.copy(), self._state.velocity.copy(), self._time)
         origin = self._origin
-        self._follow()
         path = None
         if self._contact is not None:
             self._contact.centre = self._sphere - self._origin[:, 0, 0]
@@ -301,6 +300,7 @@ class Cloth:
         self._substeps = 0
         h = seconds / count
         for first in range(0, count, LOOK_EVERY):
+            self._follow()
             speed = greatest_speed(self._state)
             fine = refinement(self._scene, h, speed, coarse=self.coarse)
             self._run(fine * min(LOOK_EVERY, count - first), h / fine, path)
@@ -331,6 +331,8 @@ class Cloth:
             shift = np.round(strayed)[:, None, None]
             grid(self._state.position)[...] -= shift.astype(self._state.dtype)
             self._origin = self._origin + shift
+            if self._contact is not None:
+                self._contact.centre = self._contact.centre - shift[:, 0, 0]
 
     def _run(self, count: int, h: float, path: Path | None) -> None:
         """Simulate `count` substeps of `h` s, with the sphere on its path."""

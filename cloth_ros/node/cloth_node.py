@@ -311,9 +311,9 @@ def run(stop: Stop, args: list[str] | None) -> None:
     """
     try:
         # rclpy's own handlers would end the context in the middle of a tick.
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-        executor = SingleThreadedExecutor()
         try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+            executor = SingleThreadedExecutor()
             node = ClothNode(stop)
         except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
             raise SystemExit(' '.join(str(error).split())) from None
