@@ -16,7 +16,7 @@ endif
 .PHONY: run test pictures clean
 
 run: $(VENV)/.ready-run-$(ROS)
-	@tools/run.sh $(VENV) $(SCENE)
+	@tools/run.sh $(VENV) '$(SCENE)'
 
 test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff check .
@@ -31,4 +31,5 @@ $(VENV)/.ready-%: setup.py tools/environment.sh
 	@tools/environment.sh $(VENV) $*
 
 clean:
-	rm -rf $(VENV) build install log
+	rm -rf $(VENV) build install log *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +

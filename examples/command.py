@@ -67,11 +67,19 @@ def main() -> None:
     parser.add_argument('--wind', **xyz, help='velocity of the air, m/s')
     parser.add_argument('--sphere', **xyz, help='centre to move the sphere to, m')
     parser.add_argument('--from', dest='start', **xyz, help='where the sphere starts, m')
-    parser.add_argument('--over', type=float, default=1.0, help='s, from there to here')
-    parser.add_argument('--pause', action='store_true')
-    parser.add_argument('--resume', action='store_true')
-    parser.add_argument('--reset', action='store_true')
+    parser.add_argument(
+        '--over', type=float, default=1.0, help='s, for the way from there (default 1)'
+    )
+    parser.add_argument('--pause', action='store_true', help='hold the cloth still')
+    parser.add_argument('--resume', action='store_true', help='let it go on')
+    parser.add_argument('--reset', action='store_true', help='back to the initial state')
     options = parser.parse_args()
+    if not any((options.wind, options.sphere, options.pause, options.resume, options.reset)):
+        parser.error('say what to do: --wind, --sphere, --pause, --resume or --reset')
+    if options.start and not options.sphere:
+        parser.error('--from goes with --sphere')
+    if not options.over > 0:
+        parser.error(f'--over is {options.over:g}, but must be more than 0 s')
 
     rclpy.init()
     node = Node('cloth_command')

@@ -327,6 +327,28 @@ def test_the_example_commands_it(start_cloth, start, probe):
     assert 'initial state' in example.output
 
 
+def test_the_example_watches_it(start_cloth, start):
+    start_cloth()
+    watch = start(sys.executable, '-u', 'examples/watch.py')
+    watch.wait_for_output(' Hz ')
+    assert watch.stop(patience=5.0) == 0
+    assert 'Traceback' not in watch.output
+
+
+def test_the_greeting_names_the_commands_or_the_error(start, tmp_path):
+    greet = (sys.executable, '-m', 'tools.greet', 'python')
+    greeting = start(*greet, 'config/gust.yaml')
+    assert greeting.stop(0, patience=30.0) == 0
+    assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in greeting.output
+    assert '--sphere' not in start(*greet, 'config/hanging.yaml').output
+    path = tmp_path / 'bad.yaml'
+    path.write_text('/**: {ros__parameters: {sheet: {rows: -3}}}')
+    refusal = start(*greet, str(path))
+    assert refusal.stop(0, patience=30.0) == 1
+    assert 'sheet.rows is -3' in refusal.output
+    assert len(refusal.output.splitlines()) == 1
+
+
 def test_no_process_is_left_behind():
     """The fixtures end what they start; this sees that they did."""
     children = Path(f'/proc/self/task/{os.getpid()}/children').read_text().split()

@@ -25,7 +25,7 @@ for candidate in $candidates; do
         break
     fi
 done
-[ -n "$python" ] || fail "needs Python 3.10 to 3.13, found none of: $candidates; install one, or name it: make PYTHON=…"
+[ -n "$python" ] || fail "needs Python 3.10 to 3.13, and none of these is one: $candidates; install one, or name it: make PYTHON=…"
 "$python" -c 'import ensurepip, venv' 2> /dev/null \
     || fail "$python cannot make virtual environments; install its venv package (Debian, Ubuntu: apt install python3-venv)"
 
@@ -46,7 +46,7 @@ fi
 if ! ls "$venv"/.ready-*-"$ros" > /dev/null 2>&1 || ! "$venv/bin/python" -c '' 2> /dev/null; then
     rm -rf "$venv"
 fi
-echo "cloth_ros: making the environment in $venv; this takes about a minute, once"
+echo "cloth_ros: preparing the environment in $venv for make $purpose; the first time takes about a minute"
 [ -d "$venv" ] || "$python" -m venv $options "$venv"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
     --editable ".${extras:+[$extras]}" \

@@ -57,8 +57,8 @@ def render(cloth: Cloth, path: Path, view: View) -> None:
     if scene.sphere.radius > 0:
         # A little smaller than it is, as the flat facets of the drawn cloth would cut into it.
         ball = pyvista.Sphere(
-            0.99 * scene.sphere.radius,
-            cloth.sphere_position,
+            radius=0.99 * scene.sphere.radius,
+            center=cloth.sphere_position,
             theta_resolution=64,
             phi_resolution=64,
         )
@@ -66,11 +66,11 @@ def render(cloth: Cloth, path: Path, view: View) -> None:
     pinned = cloth.positions[scene.pinned()]
     if len(pinned):
         pins = pyvista.PolyData(pinned).glyph(
-            geom=pyvista.Sphere(0.012), scale=False, orient=False
+            geom=pyvista.Sphere(radius=0.012), scale=False, orient=False
         )
         plotter.add_mesh(pins, color='#222222')
     floor = pyvista.Plane(
-        (view.focus[0], view.focus[1], view.floor),
+        center=(view.focus[0], view.focus[1], view.floor),
         i_size=3,
         j_size=3,
         i_resolution=15,
@@ -114,7 +114,7 @@ def main() -> None:
         'falling': (_run('hanging.yaml', 0.35), hanging),
         'at_rest': (_run('hanging.yaml', 12.0), hanging),
         'wind': (_run('gust.yaml', 5.6), View((2.5, 2.3, 1.9), (0.0, 0.0, 1.32), 0.6)),
-        'sphere': (_run('drop_on_sphere.yaml', 1.6), View((1.7, -2.3, 1.9), (0, 0, 0.72), 0.1)),
+        'sphere': (_run('drop_on_sphere.yaml', 1.6), View((2.1, -2.5, 0.95), (0, 0, 0.72), 0.1)),
         'small_fast_sphere': (
             _run('small_fast_sphere.yaml', 1.0, _push),
             View((1.0, -1.9, 2.6), (0, 0, 0.75), 0.3),

@@ -147,7 +147,7 @@ class Cloth:
     @property
     def error_estimate(self) -> float:
         """
-        Estimate of the present position error by the substep, m.
+        Estimate of the present position error by the length of the substep, m.
 
         Half a substep times the greatest speed: the shift in time that is the leading error of
         symplectic Euler.

@@ -1,0 +1,49 @@
+"""Watch a running cloth: what it publishes, in a line each second."""
+
+import time
+
+import numpy as np
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import PointCloud2
+
+
+class Watch(Node):
+    """Reads the particles as an array and prints what they do."""
+
+    def __init__(self) -> None:
+        super().__init__('cloth_watch')
+        self._count, self._since = 0, time.monotonic()
+        self.create_subscription(PointCloud2, 'cloth/particles', self._on_particles, 5)
+        print('waiting for cloth/particles')
+
+    def _on_particles(self, message: PointCloud2) -> None:
+        self._count += 1
+        seconds = time.monotonic() - self._since
+        if seconds < 1.0:
+            return
+        # Organised: one row of the array is one row of the sheet, x y z vx vy vz.
+        numbers = np.frombuffer(message.data, np.float32)
+        particles = numbers.reshape(message.height, message.width, 6)
+        low, high = particles[..., :3].min((0, 1)), particles[..., :3].max((0, 1))
+        fastest = np.linalg.norm(particles[..., 3:], axis=-1).max()
+        extent = '  '.join(
+            f'{name} {a:6.2f} to {b:5.2f}' for name, a, b in zip('xyz', low, high, strict=True)
+        )
+        print(f'{self._count / seconds:5.1f} Hz   {extent} m   fastest {fastest:5.2f} m/s')
+        self._count, self._since = 0, time.monotonic()
+
+
+def main() -> None:
+    """Watch until Ctrl-C."""
+    rclpy.init()
+    try:
+        rclpy.spin(Watch())
+    except KeyboardInterrupt:
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
