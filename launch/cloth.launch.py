@@ -33,7 +33,7 @@ def generate_launch_description() -> LaunchDescription:
             'rviz',
             default_value='false',
             choices=['true', 'false'],
-            description='Start RViz with the view of this package.',
+            description='Start RViz, where it is installed, with the view of this package.',
         ),
     ]
     cloth = Node(

@@ -27,6 +27,7 @@ _DTYPES = {'single': np.float32, 'double': np.float64}
 # positions that it passes in one advance.
 _FARTHEST = 1000.0
 _WAYPOINTS = 64
+_LONGEST = 1e6  # s, of one advance
 
 
 class Cloth:
@@ -279,14 +280,14 @@ class Cloth:
         Raises
         ------
         ValueError
-            `seconds` is negative or not finite.
+            `seconds` is negative, not finite, or more than a million.
         FloatingPointError
             The state would not be finite; the cloth is then left as it was before.
 
         """
         seconds = float(seconds)
-        if not 0 <= seconds < math.inf:
-            raise refuse('seconds', seconds, 'finite and not negative', 'correct it')
+        if not 0 <= seconds <= _LONGEST:
+            raise refuse('seconds', seconds, f'0 to {_LONGEST:g} s', 'advance in parts')
         if seconds == 0:
             return
         count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
