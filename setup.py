@@ -12,7 +12,7 @@ setup(
     description='A live mass-spring cloth for ROS 2',
     license='Apache-2.0',
     maintainer='cloth_ros maintainers',
-    maintainer_email='maintainers@cloth-ros.dev',
+    maintainer_email='cloth_ros@example.org',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={NAME: ['py.typed']},
     data_files=[
