@@ -14,8 +14,8 @@ def diagnostics_message(
     """
     Return a diagnostic array with one status.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     header
         Its stamp is the time of the diagnosis.
     name

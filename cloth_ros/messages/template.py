@@ -30,8 +30,8 @@ class Template:
     """
     A serialised message with places in it.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     message
         Any ROS message, with `STAMP` in every header that is to be stamped.
 
@@ -58,8 +58,8 @@ class Template:
         """
         Repeat the placeholder of a sequence, and return the offset of its first byte.
 
-        Arguments:
-        ---------
+        Parameters
+        ----------
         placeholder
             The whole content of the sequence, and nowhere else in the message; a multiple of 8
             bytes long.

@@ -155,8 +155,8 @@ class Aerodynamics:
         """
         Change the velocities by the air and by the accelerations in `state` at once.
 
-        Arguments:
-        ---------
+        Parameters
+        ----------
         state
             Its velocities become ``decay * velocity + gain * (acceleration + air)``.
         decay, gain

@@ -25,8 +25,8 @@ def closest_point(points, a, b, c):  # type: ignore[no-untyped-def]
     Degenerate triangles are allowed: with b = c it is a segment, with a = b = c a point, and then
     all weight is on the first of equal corners.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     points
         m, shape (n, 3), double precision.
     a, b, c

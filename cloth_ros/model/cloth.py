@@ -268,7 +268,7 @@ class Cloth:
 
     @property
     def sphere_depth(self) -> float:
-        """Greatest depth of a triangle in the sphere at the last contact, m."""
+        """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
         return 0.0 if self._contact is None else self._contact.deepest
 
     def advance(self, seconds: float) -> None:

@@ -67,8 +67,8 @@ def find_cells(  # type: ignore[no-untyped-def]
     """
     Find the cells that may touch the sphere in the substep of `h` s that has just ended.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     position, velocity
         Flat arrays after the substep.
     low, high
@@ -125,8 +125,8 @@ def gather(cells, count, begin, stride, rows, columns, particles, local):  # typ
     """
     List the particles and the triangles of the found cells.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     cells, count
         From `find_cells`.
     particles

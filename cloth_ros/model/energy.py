@@ -38,8 +38,8 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
     """
     Return the energy of a state.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     positions, velocities
         m and m/s, shape (3, rows, columns), double precision.
     scene

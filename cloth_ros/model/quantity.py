@@ -53,8 +53,8 @@ def quantity(
     """
     Declare a parameter as a dataclass field.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     default
         Default value; its type (bool, int, float, str, tuple of float or of str) is the type of
         the parameter, and the length of a tuple of floats is the length of the parameter.
@@ -233,8 +233,8 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArra
     """
     Return a vector of three finite numbers as an array, shape (3,).
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     name
         What the vector is, for the error.
     vector

@@ -172,8 +172,8 @@ class Springs:
         """
         Write the acceleration of every particle.
 
-        Arguments:
-        ---------
+        Parameters
+        ----------
         position, velocity
             Flat arrays, m and m/s, shape (3, size).
         free

@@ -106,8 +106,8 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
     """
     Return an upper bound of the largest eigenvalue of the graph Laplacian, N/m.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     rows, columns
         Particles of the sheet.
     weights
@@ -131,8 +131,8 @@ def largest_stable_step(
     """
     Return the longest stable substep, s, or inf where nothing can become unstable.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     rows, columns
         Particles of the sheet.
     particle_mass

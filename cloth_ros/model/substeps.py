@@ -39,8 +39,8 @@ def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False
       tolerance, and `refinement` sees to cloths that are faster;
     * every mode's frequency within 0.1 %, as far as that takes a few thousand particle steps.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     scene
         What is simulated.
     stability_limit
@@ -86,8 +86,8 @@ def refinement(scene: Scene, substep: float, speed: float, *, coarse: bool = Fal
     into them, without end where nothing damps.  A number of substeps that the user has fixed is
     left alone.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     scene
         What is simulated.
     substep

@@ -222,8 +222,8 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     """
     Move points through `h` seconds past a sphere of `radius` at the origin.
 
-    Arguments:
-    ---------
+    Parameters
+    ----------
     points, speeds
         m and m/s, relative to the sphere, shape (n, 3), double precision; changed in place.
     free

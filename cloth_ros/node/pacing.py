@@ -41,8 +41,8 @@ class Pacing:
         """
         Return how many substeps to simulate now.
 
-        Arguments:
-        ---------
+        Parameters
+        ----------
         elapsed
             Wall-clock time since the last call, s; negative when a clock has jumped back.
         substep, tick
