@@ -31,6 +31,7 @@ setup(
             'pytest',
             'pytest-timeout',
             'hypothesis',
+            'scipy',
             'ruff',
             'mypy',
             'types-PyYAML',

@@ -7,36 +7,70 @@ import numpy as np
 from cloth_ros import Scene
 
 OFFSETS = {
-    'structural': ((0, 1), (1, 0), (0, -1), (-1, 0)),
-    'shear': ((1, 1), (1, -1), (-1, 1), (-1, -1)),
-    'bending': ((0, 2), (2, 0), (0, -2), (-2, 0)),
+    'structural': ((0, 1), (1, 0)),
+    'shear': ((1, 1), (1, -1)),
+    'bending': ((0, 2), (2, 0)),
 }
 
 
-def spring_forces(scene: Scene, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Hooke's law and dashpots, spring by spring; positions and velocities (rows, columns, 3)."""
-    rows, columns, _ = p.shape
-    dx, dy = scene.sheet.spacing
-    forces = np.zeros_like(p)
-    for name, offsets in OFFSETS.items():
-        stiffness = getattr(scene.springs, name)
-        if stiffness == 0:
-            continue
-        for i in range(rows):
-            for j in range(columns):
+class Equations:
+    """The equations of motion of a scene; positions and velocities (rows, columns, 3)."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        rows, columns = scene.sheet.rows, scene.sheet.columns
+        number = np.arange(rows * columns).reshape(rows, columns)
+        springs = []
+        for name, offsets in OFFSETS.items():
+            stiffness = getattr(scene.springs, name)
+            if stiffness == 0:
+                continue
+            for i, j in np.ndindex(rows, columns):
                 for di, dj in offsets:
-                    if not (0 <= i + di < rows and 0 <= j + dj < columns):
-                        continue
-                    difference = p[i, j] - p[i + di, j + dj]
-                    length = np.linalg.norm(difference)
-                    if length == 0:
-                        continue
-                    direction = difference / length
-                    rest = np.hypot(di * dy, dj * dx)
-                    closing = (v[i, j] - v[i + di, j + dj]) @ direction
-                    forces[i, j] += stiffness * (rest - length) * direction
-                    forces[i, j] -= scene.springs.damping * closing * direction
-    return forces
+                    if i + di < rows and 0 <= j + dj < columns:
+                        dx, dy = scene.sheet.spacing
+                        rest = np.hypot(di * dy, dj * dx)
+                        springs.append((number[i, j], number[i + di, j + dj], stiffness, rest))
+        ends = np.array([spring[:2] for spring in springs], int).reshape(-1, 2)
+        self._first, self._second = ends.T
+        values = np.array([spring[2:] for spring in springs]).reshape(-1, 2)
+        self._stiffness, self._rest = values.T
+        places = np.repeat(number[..., None], 3, axis=-1)
+        self._corners = triangles(places)[..., 0]
+
+    def springs(self, p: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Hooke's law and dashpots, N."""
+        flat_p, flat_v = p.reshape(-1, 3), v.reshape(-1, 3)
+        difference = flat_p[self._first] - flat_p[self._second]
+        length = np.linalg.norm(difference, axis=1)
+        direction = difference / np.where(length > 0, length, 1)[:, None]
+        closing = np.sum((flat_v[self._first] - flat_v[self._second]) * direction, axis=1)
+        tension = self._stiffness * (self._rest - length) - self._scene.springs.damping * closing
+        forces = np.zeros_like(flat_p)
+        np.add.at(forces, self._first, tension[:, None] * direction)
+        np.add.at(forces, self._second, -tension[:, None] * direction)
+        return forces.reshape(p.shape)
+
+    def air(self, p: np.ndarray, v: np.ndarray, wind: np.ndarray) -> np.ndarray:
+        """Air on the triangles, N, a third at each corner, with the velocity of that corner."""
+        a, b, c = (p.reshape(-1, 3)[corner] for corner in self._corners.T)
+        area = np.cross(b - a, c - a) / 2
+        size = np.linalg.norm(area, axis=1)
+        normal = area / size[:, None]
+        forces = np.zeros_like(p.reshape(-1, 3))
+        for corner in self._corners.T:
+            u = wind - v.reshape(-1, 3)[corner]
+            pressure = 0.5 * self._scene.wind.air_density * self._scene.wind.drag_coefficient
+            pressure = pressure * np.linalg.norm(u, axis=1) * np.sum(u * normal, axis=1)
+            np.add.at(forces, corner, (pressure * size / 3)[:, None] * normal)
+        return forces.reshape(p.shape)
+
+    def acceleration(self, p: np.ndarray, v: np.ndarray, wind: np.ndarray) -> np.ndarray:
+        """Of every particle by springs, dashpots, gravity, drag and air, m/s²."""
+        scene = self._scene
+        forces = self.springs(p, v) + self.air(p, v, wind)
+        acceleration = forces / scene.sheet.particle_mass + np.array(scene.gravity)
+        return (acceleration - scene.drag * v) * ~scene.pinned()[..., None]
 
 
 def triangles(p: np.ndarray, *, both_diagonals: bool = False) -> np.ndarray:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from reference import triangles
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.methods import METHODS
 
 
 def airborne(**changes: object) -> Scene:
@@ -62,9 +63,10 @@ def test_a_sheet_ends_with_the_wind():
     np.testing.assert_allclose(cloth.velocities.mean((0, 1)), (0, 0, 7.0), atol=0.02)
 
 
+@pytest.mark.parametrize('method', METHODS)
 @pytest.mark.parametrize('drag', [0.0, 2.0])
 @pytest.mark.parametrize('substeps', [1, 60])
-def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps):
+def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps, method):
     cloth = Cloth(
         airborne(
             **{
@@ -72,6 +74,7 @@ def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps):
                 'sheet.columns': 9,
                 'gravity': [0, 0, -9.81],
                 'drag': drag,
+                'solver.method': method,
                 'solver.substeps': substeps,
             }
         )
@@ -81,7 +84,9 @@ def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps):
     terminal = (-drag + math.sqrt(drag**2 + 4 * k * 9.81)) / (2 * k)
     cloth.velocities = np.broadcast_to((0, 0, -terminal), (9, 9, 3))
     cloth.advance(cloth.substep)
-    np.testing.assert_allclose(cloth.velocities[1:-1, 1:-1, 2], -terminal, rtol=1e-12)
+    # Those at the edges do not fall at that speed, and a method that kicks at the end of a step
+    # again has them turn the triangles of the row beside them; no others within a step.
+    np.testing.assert_allclose(cloth.velocities[2:-2, 2:-2, 2], -terminal, rtol=1e-12)
     # And it is approached from rest.
     cloth.reset()
     cloth.advance(0.25)

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Gust, Scene
 from cloth_ros.model.gusts import Gusts
@@ -58,3 +60,38 @@ def test_a_cloth_feels_its_gusts_and_repeats_them_after_a_reset():
     cloth.advance(0.49)
     cloth.advance(0.11)
     assert np.array_equal(cloth.positions, first)
+
+
+@given(
+    # None of 0.1, 0.3, 1/3 is a floating point number, nor are their multiples exact.
+    period=st.one_of(st.sampled_from([0.1, 0.3, 1 / 3, 0.7, 2.0]), st.floats(1e-3, 1e3)),
+    share=st.one_of(st.sampled_from([0.0, 0.1, 0.3, 1.0]), st.floats(0, 1)),
+    number=st.integers(0, 10_000),
+    part=st.one_of(st.sampled_from([0.0, 0.1, 0.3, 1.0]), st.floats(0, 1)),
+)
+def test_the_air_is_constant_up_to_the_next_change(period, share, number, part):
+    gusts = Gusts(Gust(period=period, duration=share * period, speed=(1.0, 4.0), seed=3))
+    time = (number + part) * period
+    for _ in range(4):
+        change = gusts.next_change(time)
+        # However time was rounded, no change is met twice, and none is passed over.
+        assert time < change <= time + period * (1 + 1e-9)
+        inside = time + (change - time) * np.array([0.01, 0.3, 0.5, 0.99])
+        if change - time > 1e-9 * (time + period):  # elsewhere rounding leaves no inside
+            assert len({tuple(gusts.velocity(float(moment))) for moment in inside}) == 1
+        time = change
+
+
+@pytest.mark.parametrize('period', [0.1, 0.3, 0.7, 5.0])
+def test_the_changes_are_the_edges_of_the_gusts(period):
+    gusts = Gusts(Gust(period=period, duration=0.25 * period, speed=(1.0, 4.0)))
+    edges, blows = [], []
+    time = 0.5 * period
+    for _ in range(200):
+        edges.append(gusts.next_change(time))
+        blows.append(gusts.velocity(0.5 * (time + edges[-1])).any())
+        time = edges[-1]
+    numbers = np.arange(1, 101)
+    expected = np.stack([numbers, numbers + 0.25], 1).ravel() * period
+    np.testing.assert_allclose(edges, expected, rtol=1e-12)
+    assert blows == [False, True] * 100

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from reference import spring_forces
+from reference import Equations
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.springs import families
@@ -60,7 +60,7 @@ def test_forces_are_those_of_the_definition(
             'springs.damping': damping,
         },
     )
-    expected = spring_forces(cloth.scene, cloth.positions, cloth.velocities)
+    expected = Equations(cloth.scene).springs(cloth.positions, cloth.velocities)
     expected /= cloth.scene.sheet.particle_mass
     np.testing.assert_allclose(acceleration(cloth), expected, rtol=1e-9, atol=1e-7)
 

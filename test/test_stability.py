@@ -7,7 +7,10 @@ from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene, Springs
 from cloth_ros.model import stability
+from cloth_ros.model.methods import METHODS
 from cloth_ros.model.springs import ends, families
+
+every_method = pytest.mark.parametrize('method', METHODS)
 
 
 def laplacian(scene: Scene) -> np.ndarray:
@@ -67,29 +70,34 @@ def growth(scene: Scene, stretch: float, factor: float) -> float:
     equilibrium = cloth.positions * (stretch, stretch, 1)
     noise = np.random.default_rng(2).normal(0, 1e-9, equilibrium.shape)
     cloth.positions = equilibrium + noise * ~cloth.scene.pinned()[..., None]
-    for _ in range(1000):
-        cloth._method.step(cloth._state, factor * cloth.stability_limit)
+    steps = [factor * cloth.stability_limit] * 1000
+    for _ in cloth._method.run(cloth._state, steps, cloth._move):
+        pass
     return float(np.abs(cloth.positions - equilibrium).max() / np.abs(noise).max())
 
 
+@every_method
 @pytest.mark.parametrize('stretch', [1.0, 1.5, 30.0])
 @pytest.mark.parametrize('damping', [0.0, 0.02])
-def test_the_step_taken_is_stable(stretch, damping):
-    scene = undamped(**{'springs.damping': damping})
+def test_the_step_taken_is_stable(stretch, damping, method):
+    scene = undamped(**{'springs.damping': damping, 'solver.method': method})
     # Flat the sheet is soft across its plane, so that the noise drifts as it may.
     assert growth(scene, stretch, stability.SAFETY) < (1e4 if stretch == 1 else 30)
 
 
+@every_method
 @pytest.mark.parametrize('damping', [0.0, 0.02])
-def test_the_limit_is_close_to_where_it_does_blow_up(damping):
+def test_the_limit_is_close_to_where_it_does_blow_up(damping, method):
     """Far stretched, springs are stiff in every direction, and the bound is nearly reached."""
-    assert growth(undamped(**{'springs.damping': damping}), 30.0, 1.1) > 1e6
+    scene = undamped(**{'springs.damping': damping, 'solver.method': method})
+    assert growth(scene, 30.0, 1.1) > 1e6
 
 
+@every_method
 @pytest.mark.parametrize(('stretch', 'crumple'), [(3.0, 1e-3), (0.6, 0.05), (1.0, 0.1)])
-def test_violent_motion_does_not_gain_energy(stretch, crumple):
-    """Symplectic Euler at 0.9 of the limit heats these a hundredfold."""
-    cloth = Cloth(undamped())
+def test_violent_motion_does_not_gain_energy(stretch, crumple, method):
+    """Explicit methods at 0.9 of the limit heat these a hundredfold."""
+    cloth = Cloth(undamped(**{'solver.method': method}))
     generator = np.random.default_rng(2)
     p = cloth.positions * (stretch, stretch, 1)
     cloth.positions = p + generator.normal(0, crumple, p.shape)
@@ -99,14 +107,38 @@ def test_violent_motion_does_not_gain_energy(stretch, crumple):
     assert 0.7 * start < cloth.energy() < 1.3 * start
 
 
-def test_damping_shortens_the_step_as_the_formula_says():
-    stiff, damped = undamped(), undamped(**{'springs.damping': 0.05})
+@pytest.mark.parametrize('damping', [0.01, 0.05, 2.0])
+def test_damping_shortens_the_step_as_the_formula_says(damping):
+    euler = {'solver.method': 'symplectic_euler'}
+    stiff, damped = undamped(**euler), undamped(**{'springs.damping': damping, **euler})
     omega = 2 / stiff.stability_limit()
     weights = (1.0, 1.0, 1.0)
-    rate = 0.05 * stability.largest_eigenvalue(12, 12, weights) / stiff.sheet.particle_mass
+    rate = damping * stability.largest_eigenvalue(12, 12, weights) / stiff.sheet.particle_mass
     zeta = rate / (2 * omega)
     expected = 2 / omega * (math.sqrt(1 + zeta**2) - zeta)
     assert damped.stability_limit() == pytest.approx(expected)
+
+
+@every_method
+@settings(deadline=None)
+@given(elastic=st.floats(1e-6, 1e12), viscous=st.one_of(st.just(0.0), st.floats(1e-6, 1e6)))
+def test_the_limit_of_a_method_is_that_of_its_amplification(elastic, viscous, method):
+    """No oscillator up to these grows in a step just below it, and one does just above."""
+    kind = METHODS[method]
+    limit = kind.stable_step(elastic, viscous)
+
+    def greatest(factor: float) -> float:
+        shares = np.linspace(0, 1, 6)
+        steps = [
+            kind.amplification(factor * limit, a * elastic, b * viscous)
+            for a in shares
+            for b in shares
+        ]
+        return float(np.abs(np.linalg.eigvals(np.stack(steps))).max())
+
+    # A step of two equal eigenvalues has them only to the square root of rounding.
+    assert greatest(0.999) <= 1 + 1e-6
+    assert greatest(1.01) > 1 + 1e-6
 
 
 def test_without_springs_there_is_no_limit():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -14,25 +14,29 @@ from .dynamics import Dynamics
 from .energy import Energy, energy, largest_strain
 from .gusts import Gusts
 from .lattice import Array, Lattice, flat_sheet
-from .methods import METHODS
+from .methods import method_of
 from .quantity import PARAMETER_NAMES, checked_vector, refuse
 from .scene import Scene
-from .sphere_path import Path
-from .state import State, greatest_speed
+from .sphere_path import SphereMotion
+from .state import State, drift, greatest_speed
 from .substeps import LOOK_EVERY, ROUNDING, refinement, substep_length
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
-# Distance of the sphere's surface from the sheet, m, that can be commanded, and the number of
-# positions that it passes in one advance.
-_FARTHEST = 1000.0
-_WAYPOINTS = 64
 _LONGEST = 1e6  # s, of one advance
+_TIMED = 8  # substeps to tell their cost from
 
 
 class Cloth:
     """
     A running simulation of a scene.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    finer
+        Divides every substep that the scene, and the motion of its cloth, would take.
 
     Attributes
     ----------
@@ -41,17 +45,19 @@ class Cloth:
 
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, finer: int = 1) -> None:
         if not isinstance(scene, Scene):
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
         self.coarse = False
+        self._finer = finer
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
         self._origin = np.zeros((3, 1, 1))
         self._state = State(self._lattice, _DTYPES[scene.solver.precision])
         self._wind = np.zeros(3)
         self._air = np.zeros(3)
         self._contact: SphereContact | None = None
-        self._sphere = np.zeros(3)
+        self._time = 0.0
+        self._sphere = SphereMotion(scene.sphere.position)
         self._build(scene)
         self.reset()
 
@@ -60,24 +66,30 @@ class Cloth:
         self._scene = scene
         dtype = _DTYPES[scene.solver.precision]
         if self._state.dtype is not dtype:
-            self._convert(dtype)
+            before, self._state = self._state, State(self._lattice, dtype)
+            self._copy(before)
         self._state.pin(scene.pinned())
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._contact = None
         if scene.sphere.radius > 0:
-            centre = self._sphere - self._origin[:, 0, 0]
+            centre = self._sphere.centre - self._origin[:, 0, 0]
             self._contact = SphereContact(scene.sphere, self._lattice, centre)
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
-        name = scene.solver.method
-        method = METHODS['symplectic_euler' if name == 'auto' else name]
-        self._method = method(self._dynamics)
+        self._method = method_of(scene.solver.method)(self._dynamics)
         self._stability_limit = scene.stability_limit()
 
-    def _convert(self, dtype: type) -> None:
-        before, self._state = self._state, State(self._lattice, dtype)
+    def _copy(self, state: State) -> None:
         grid = self._lattice.grid
-        grid(self._state.position)[...] = grid(before.position)
-        grid(self._state.velocity)[...] = grid(before.velocity)
+        grid(self._state.position)[...] = grid(state.position)
+        grid(self._state.velocity)[...] = grid(state.velocity)
+
+    def adopt(self, other: Cloth) -> None:
+        """Take over the state of another cloth of the same sheet, without what it was told."""
+        self.coarse = other.coarse
+        self._copy(other._state)
+        self._origin, self._time = other._origin, other._time
+        self._wind, self._sphere = other._wind, SphereMotion(other.sphere_position)
+        self._forget_contact()
 
     def configure(self, scene: Scene) -> None:
         """
@@ -96,9 +108,10 @@ class Cloth:
         if scene.wind.velocity != self._scene.wind.velocity:
             self._wind = np.array(scene.wind.velocity)
         if scene.sphere.position != self._scene.sphere.position:
-            self._sphere_path = [np.array(scene.sphere.position)]
             if self._contact is None:
-                self._sphere = self._sphere_path[-1]
+                self._sphere = SphereMotion(scene.sphere.position)
+            else:
+                self._sphere.waypoints = [np.array(scene.sphere.position)]
         self._build(scene)
 
     def reset(self) -> None:
@@ -114,10 +127,9 @@ class Cloth:
         self._time = 0.0
         self._substeps = 0
         self._wind = np.array(self._scene.wind.velocity)
-        self._sphere = np.array(self._scene.sphere.position)
-        self._sphere_path = []
+        self._sphere = SphereMotion(self._scene.sphere.position)
         if self._contact is not None:
-            self._contact.centre = self._sphere - self._origin[:, 0, 0]
+            self._contact.centre = self._sphere.centre - self._origin[:, 0, 0]
             self._contact.forget()
 
     @property
@@ -144,17 +156,6 @@ class Cloth:
     def substeps(self) -> int:
         """Number of substeps of the last advance, those of violent motion included."""
         return self._substeps
-
-    @property
-    def error_estimate(self) -> float:
-        """
-        Estimate of the present position error by the length of the substep, m.
-
-        Half a substep times the greatest speed: the shift in time that is the leading error of
-        symplectic Euler.
-        """
-        speeds = np.linalg.norm(self._lattice.grid(self._state.velocity), axis=0)
-        return 0.5 * self.substep * float(speeds.max())
 
     def _world(self) -> Array:
         world: Array = self._lattice.grid(self._state.position) + self._origin
@@ -236,7 +237,7 @@ class Cloth:
     @property
     def sphere_position(self) -> tuple[float, float, float]:
         """Centre of the sphere now, m."""
-        x, y, z = self._sphere.tolist()
+        x, y, z = self._sphere.centre.tolist()
         return (x, y, z)
 
     def move_sphere(self, position: Sequence[float]) -> None:
@@ -255,16 +256,12 @@ class Cloth:
             raise refuse(
                 'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
             )
-        centre = checked_vector('sphere position', position, 'sphere.position')
-        distance = float(np.linalg.norm(centre - self._origin[:, 0, 0]))
-        if distance > _FARTHEST + self._scene.sphere.radius:
-            raise refuse(
-                'sphere position',
-                centre.tolist(),
-                f'within {_FARTHEST:g} m of the sheet',
-                'bring it nearer',
-            )
-        self._sphere_path = [*self._sphere_path[1 - _WAYPOINTS :], centre]
+        self._sphere.command(position, self._scene.sphere.radius, self._origin[:, 0, 0])
+
+    @property
+    def sphere_waypoints(self) -> list[Array]:
+        """Positions commanded since the last advance, m, which the sphere passes in the next."""
+        return list(self._sphere.waypoints)
 
     @property
     def sphere_depth(self) -> float:
@@ -285,26 +282,39 @@ class Cloth:
             The state would not be finite; the cloth is then left as it was before.
 
         """
+        for _ in self.march(seconds):
+            pass
+
+    def march(self, seconds: float) -> Iterator[None]:
+        """
+        Advance as `advance` does, but pause after each substep for whoever iterates.
+
+        The cloth must be left alone until the iteration is over; positions and velocities do not
+        belong to one time before.
+        """
         seconds = float(seconds)
         if not 0 <= seconds <= _LONGEST:
             raise refuse('seconds', seconds, f'0 to {_LONGEST:g} s', 'advance in parts')
         if seconds == 0:
             return
-        count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
         before = (self._state.position.copy(), self._state.velocity.copy(), self._time)
         origin = self._origin
-        path = None
         if self._contact is not None:
-            self._contact.centre = self._sphere - self._origin[:, 0, 0]
-            path = Path([self._sphere, *self._sphere_path], self._time, seconds)
-        self._sphere_path = []
+            self._contact.centre = self._sphere.centre - self._origin[:, 0, 0]
+            self._sphere.begin(self._time, seconds)
         self._substeps = 0
-        h = seconds / count
-        for first in range(0, count, LOOK_EVERY):
-            self._follow()
-            speed = greatest_speed(self._state)
-            fine = refinement(self._scene, h, speed, coarse=self.coarse)
-            self._run(fine * min(LOOK_EVERY, count - first), h / fine, path)
+        end = self._time + seconds
+        while self._time < end:
+            begin, change = self._time, end
+            if self._gusts is not None:
+                change = min(end, self._gusts.next_change(begin))
+                self._air[:] = self._wind + self._gusts.velocity(0.5 * (begin + change))
+            else:
+                self._air[:] = self._wind
+            for _ in self._method.run(self._state, self._steps(change - begin), self._move):
+                self._substeps += 1
+                yield
+            self._time = change
         if not np.isfinite(self._state.velocity).all():
             self._state.position, self._state.velocity, self._time = before
             self._origin = origin
@@ -313,9 +323,27 @@ class Cloth:
                 f'the state after {seconds:g} s would not be finite; the cloth stays as it was '
                 f'at {self._time:g} s'
             )
-        self._time = before[2] + seconds
-        if path is not None:
-            self._sphere = path.end
+        if self._contact is not None:
+            self._sphere.end()
+
+    def _steps(self, seconds: float) -> Iterator[float]:
+        """Yield the lengths of the substeps of `seconds` in which the air does not change, s."""
+        count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
+        h = seconds / count
+        for first in range(0, count, LOOK_EVERY):
+            self._follow()
+            speed = greatest_speed(self._state)
+            fine = self._finer * refinement(self._scene, h, speed, coarse=self.coarse)
+            for _ in range(fine * min(LOOK_EVERY, count - first)):
+                yield h / fine
+
+    def _move(self, h: float) -> None:
+        """Let the particles drift for `h` s, and the sphere on its path act on them."""
+        drift(self._state, h)
+        if self._contact is not None:
+            self._contact.velocity = self._sphere.velocity(self._time, h)
+            self._contact.resolve(self._state, h)
+        self._time += h
 
     def _follow(self) -> None:
         """
@@ -335,19 +363,6 @@ class Cloth:
             if self._contact is not None:
                 self._contact.centre = self._contact.centre - shift[:, 0, 0]
 
-    def _run(self, count: int, h: float, path: Path | None) -> None:
-        """Simulate `count` substeps of `h` s, with the sphere on its path."""
-        self._air[:] = self._wind
-        for _ in range(count):
-            if self._gusts is not None:
-                self._air[:] = self._wind + self._gusts.velocity(self._time)
-            self._method.step(self._state, h)
-            if self._contact is not None and path is not None:
-                self._contact.velocity = path.velocity(self._time, h)
-                self._contact.resolve(self._state, h)
-            self._time += h
-        self._substeps += count
-
     def energy(self) -> float:
         """Return kinetic, elastic and gravitational energy together, J."""
         return self.energy_by_kind().total
@@ -361,24 +376,24 @@ class Cloth:
         """Return the largest relative change of length of any spring."""
         return largest_strain(self._world(), self._scene)
 
-    def compile(self) -> float:
-        """
-        Compile every kernel that the scene uses, and leave the state as it is.
-
-        Returns
-        -------
-        float
-            Wall-clock time of a substep without contact, s, once all is compiled.
-
-        """
-        position, velocity = self._state.position.copy(), self._state.velocity.copy()
-        seconds = math.inf
-        for _ in range(3):
-            start = time.perf_counter()
-            self._method.step(self._state, 0.0)
-            seconds = min(seconds, time.perf_counter() - start)
-        self._state.position[...], self._state.velocity[...] = position, velocity
+    def warm_up(self) -> None:
+        """Compile every kernel that the scene uses; the state stays as it is."""
+        self._idle(1)
         greatest_speed(self._state)
         if self._contact is not None:
             contact.warm_up(self._state.dtype)
+
+    def compile(self) -> float:
+        """Warm up, and return the wall-clock time of a substep without contact, s."""
+        self.warm_up()
+        return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
+
+    def _idle(self, count: int) -> float:
+        """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
+        position, velocity = self._state.position.copy(), self._state.velocity.copy()
+        start = time.perf_counter()
+        for _ in self._method.run(self._state, [0.0] * count, lambda h: drift(self._state, h)):
+            pass
+        seconds = time.perf_counter() - start
+        self._state.position[...], self._state.velocity[...] = position, velocity
         return seconds

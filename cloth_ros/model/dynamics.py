@@ -23,6 +23,8 @@ class Dynamics:
     ----------
     wind
         Velocity of the air, m/s, shape (3,); without effect in a scene without air.
+    damped
+        True if accelerations depend on velocities: there are dashpots.
 
     """
 
@@ -30,6 +32,7 @@ class Dynamics:
         self.wind = wind
         self._drag = scene.drag
         self._springs = Springs(scene, lattice, dtype)
+        self.damped = self._springs.damped
         self._air = Aerodynamics(scene, lattice, dtype) if scene.has_air else None
 
     def accelerate(self, state: State) -> None:
@@ -44,7 +47,8 @@ class Dynamics:
 
             v ← e^(−γ h) v + a (1 − e^(−γ h)) / γ,
 
-        so that neither the decay nor the terminal velocity a/γ depends on the step.
+        so that neither the decay nor the terminal velocity a/γ depends on the step.  The whole
+        kick is of second order for constant accelerations.
         """
         decay = math.exp(-self._drag * h)
         gain = -math.expm1(-self._drag * h) / self._drag if self._drag else h

@@ -24,6 +24,8 @@ class Gusts:
 
     def velocity(self, time: float) -> Array:
         """Return what the gusts add to the velocity of the air at `time` s, m/s, shape (3,)."""
+        # A moment on: the time of an edge, rounded, may lie just before it.
+        time *= 1 + 1e-12
         number = int(time // self._gust.period)
         if number < 1 or time - number * self._gust.period >= self._gust.duration:
             return np.zeros(3)
@@ -32,3 +34,13 @@ class Gusts:
             self._number = number
             self._velocity = self._direction * generator.uniform(*self._gust.speed)
         return self._velocity
+
+    def next_change(self, time: float) -> float:
+        """Return when the air next begins or ceases to gust after `time`, s."""
+        number = int(time // self._gust.period)
+        edges = [
+            edge
+            for n in (number, number + 1)
+            for edge in (n * self._gust.period + self._gust.duration, (n + 1) * self._gust.period)
+        ]
+        return min(edge for edge in edges if edge > time)

@@ -16,7 +16,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import scene_file, stability
-from .methods import METHODS
+from .methods import METHODS, method_of
 from .pins import pinned_particles
 from .quantity import Group, quantity, refuse, register
 
@@ -300,14 +300,15 @@ class Scene(Group):
         return pinned_particles(self.pins, self.sheet.rows, self.sheet.columns)
 
     def stability_limit(self) -> float:
-        """Return the longest stable substep of symplectic Euler, s; inf without springs."""
-        return stability.largest_stable_step(
+        """Return the longest stable substep of the method, s; inf without springs."""
+        elastic, viscous = stability.bounds(
             rows=self.sheet.rows,
             columns=self.sheet.columns,
             particle_mass=self.sheet.particle_mass,
             stiffness=(self.springs.structural, self.springs.shear, self.springs.bending),
             damping=self.springs.damping,
         )
+        return method_of(self.solver.method).stable_step(elastic, viscous)
 
 
 register(Scene)

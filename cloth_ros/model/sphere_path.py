@@ -1,4 +1,4 @@
-"""The way of the sphere through one advance."""
+"""The way of the sphere, as commanded."""
 
 from __future__ import annotations
 
@@ -7,6 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from .lattice import Array
+from .quantity import checked_vector, refuse
+
+# Distance of the sphere's surface from the sheet, m, that can be commanded, and the number of
+# positions that it passes in one advance.
+_FARTHEST = 1000.0
+_WAYPOINTS = 64
 
 
 class Path:
@@ -42,3 +48,62 @@ class Path:
         if self._straight is not None:
             return self._straight
         return (self._point(time + h) - self._point(time)) / h
+
+
+class SphereMotion:
+    """
+    Where the sphere is, and where it is told to go.
+
+    Attributes
+    ----------
+    centre
+        m, shape (3,), at the end of the last advance.
+    waypoints
+        What it is to pass in the next, m, each of shape (3,).
+
+    """
+
+    def __init__(self, centre: Sequence[float]) -> None:
+        self.centre = np.array(centre, float)
+        self.waypoints: list[Array] = []
+        self._path = Path([self.centre], 0.0, 1.0)
+
+    def command(self, position: Sequence[float], radius: float, sheet: Array) -> None:
+        """
+        Add a waypoint.
+
+        Parameters
+        ----------
+        position, sheet
+            Of the sphere, and centre of the sheet, m.
+        radius
+            Of the sphere, m.
+
+        Raises
+        ------
+        ValueError
+            The position is not finite or too far away.
+
+        """
+        centre = checked_vector('sphere position', position, 'sphere.position')
+        if float(np.linalg.norm(centre - sheet)) > _FARTHEST + radius:
+            raise refuse(
+                'sphere position',
+                centre.tolist(),
+                f'within {_FARTHEST:g} m of the sheet',
+                'bring it nearer',
+            )
+        self.waypoints = [*self.waypoints[1 - _WAYPOINTS :], centre]
+
+    def begin(self, start: float, seconds: float) -> None:
+        """Set out on an advance of `seconds` from the time `start`, s, past the waypoints."""
+        self._path = Path([self.centre, *self.waypoints], start, seconds)
+        self.waypoints = []
+
+    def velocity(self, time: float, h: float) -> Array:
+        """Return the mean velocity, m/s, shape (3,), over the `h` s from `time` on."""
+        return self._path.velocity(time, h)
+
+    def end(self) -> None:
+        """Arrive."""
+        self.centre = self._path.end

@@ -143,13 +143,20 @@ class Springs:
     Acceleration of the particles by springs, dashpots and gravity.
 
     Gravity is a constant that the loop over the springs starts from, and so costs nothing.
+
+    Attributes
+    ----------
+    damped
+        True if there are dashpots along the springs.
+
     """
 
     def __init__(self, scene: Scene, lattice: Lattice, dtype: Any) -> None:
         present = {family.name for family in families(scene)}
         damping = scene.springs.damping if present else 0.0
+        self.damped = damping > 0
         self._kernel = _compose(
-            'structural' in present, 'shear' in present, 'bending' in present, damping > 0
+            'structural' in present, 'shear' in present, 'bending' in present, self.damped
         )
         mass = scene.sheet.particle_mass
         dx, dy = scene.sheet.spacing

@@ -1,16 +1,13 @@
 """
 The longest stable substep of explicit integration, whatever the state of the cloth.
 
-Symplectic Euler is stable on a mode of stiffness λ and damping μ (both per unit mass) while
-
-    h² λ + 2 h μ ≤ 4,
-
-which without damping is the familiar h ≤ 2/ω.  The stiffness matrix of a spring is
-k (d dᵀ + s (I − d dᵀ)), with s = 1 − L/r below 1 in every state, so it never exceeds k I.
-Therefore the largest eigenvalue of the *graph Laplacian* with the springs' stiffness as weights
-bounds λ for every state of the cloth, flat, stretched or crumpled.  (On a flat sheet alone the
-step could be about 1.2 times longer.)  That a frozen state is stable does not keep violent motion
-from gaining energy: see `substeps.refinement`.
+An explicit method is stable on a mode while its stiffness λ and damping μ, both per unit mass,
+are small for the step, h ω ≤ 2 without damping (see `methods`).  The stiffness matrix of a
+spring is k (d dᵀ + s (I − d dᵀ)), with s = 1 − L/r below 1 in every state, so it never exceeds
+k I.  Therefore the largest eigenvalue of the *graph Laplacian* with the springs' stiffness as
+weights bounds λ for every state of the cloth, flat, stretched or crumpled; `tangent` has that of
+one state.  (On a flat sheet alone the step could be about 1.2 times longer.)  That a frozen state
+is stable does not keep violent motion from gaining energy: see `substeps.refinement`.
 
 Three bounds of that eigenvalue, each at most the one before it:
 
@@ -23,7 +20,6 @@ Three bounds of that eigenvalue, each at most the one before it:
 from __future__ import annotations
 
 import functools
-import math
 
 import numpy as np
 
@@ -125,11 +121,11 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
     return min(bound, _MARGIN * _power_iteration(*piece, weights))
 
 
-def largest_stable_step(
+def bounds(
     *, rows: int, columns: int, particle_mass: float, stiffness: Weights, damping: float
-) -> float:
+) -> tuple[float, float]:
     """
-    Return the longest stable substep, s, or inf where nothing can become unstable.
+    Return bounds of stiffness and damping per unit mass, 1/s² and 1/s, in every state.
 
     Parameters
     ----------
@@ -144,9 +140,7 @@ def largest_stable_step(
 
     """
     present = (float(stiffness[0] > 0), float(stiffness[1] > 0), float(stiffness[2] > 0))
-    elastic = largest_eigenvalue(rows, columns, stiffness) / particle_mass
-    viscous = damping * largest_eigenvalue(rows, columns, present) / particle_mass
-    if elastic == 0 and viscous == 0:
-        return math.inf
-    # The positive root of h² λ + 2 h μ = 4, in the form that does not cancel for large μ.
-    return 4 / (viscous + math.sqrt(viscous**2 + 4 * elastic))
+    return (
+        largest_eigenvalue(rows, columns, stiffness) / particle_mass,
+        damping * largest_eigenvalue(rows, columns, present) / particle_mass,
+    )

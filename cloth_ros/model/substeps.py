@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from . import stability
+from .methods import method_of
 from .scene import Scene
 
 # A share of a substep by which a count may be rounded down: a time that is a whole number of
@@ -12,10 +13,14 @@ from .scene import Scene
 ROUNDING = 1e-6
 
 # Phase, rad, that the stiffest mode turns in a substep when its frequency is right within 0.1 %:
-# symplectic Euler's is (2/h) asin(ω h/2).
+# that of the explicit methods is (2/h) asin(ω h/2).
 _RESOLVED = 0.15
 # Particle steps a tick that no machine notices; small sheets are resolved better for them.
 _CHEAP = 50_000
+
+# Position error of a second-order method at the stability limit, as a share of the sheet's
+# diagonal: what cloth_tradeoff measures on the scenes of config/, where they are not chaotic.
+_ERROR_AT_LIMIT = 2e-4
 
 # Height, m, that even the smallest sheet is taken to fall.
 _LEAST_FALL = 0.5
@@ -34,9 +39,11 @@ def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False
     The number is the scene's own, or the least that keeps three conditions:
 
     * stability: at most `stability.SAFETY` of the limit;
-    * accuracy: symplectic Euler is half a substep out of time, and a cloth that falls and swings
-      moves at up to sqrt(2 g L), L its diagonal, or with the wind; the product aims at the
-      tolerance, and `refinement` sees to cloths that are faster;
+    * accuracy.  A first-order method is half a substep out of time, and a cloth that falls and
+      swings moves at up to sqrt(2 g L), L its diagonal, or with the wind; the product aims at
+      the tolerance, and `refinement` sees to cloths that are faster.  Of a second-order method it
+      is known by measurement how large its error is at the limit, and that it falls with the
+      square of the substep;
     * every mode's frequency within 0.1 %, as far as that takes a few thousand particle steps.
 
     Parameters
@@ -58,14 +65,19 @@ def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False
         resolved = 0.5 * _RESOLVED * stability_limit
         longest = min(
             longest,
-            _accurate(scene),
+            _accurate(scene, stability_limit),
             max(resolved, tick * particles / _CHEAP),
         )
     return tick / math.ceil(tick / longest * (1 - ROUNDING))
 
 
-def _accurate(scene: Scene) -> float:
-    """Return the substep, s, that moves the fastest particle by twice the tolerance."""
+def _accurate(scene: Scene, stability_limit: float) -> float:
+    """Return the substep, s, whose error is about the tolerance."""
+    if method_of(scene.solver.method).order > 1:
+        at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
+        if at_limit == 0:
+            return math.inf
+        return stability_limit * math.sqrt(scene.solver.tolerance / at_limit)
     fall = max(scene.sheet.diagonal, _LEAST_FALL)
     speed = math.sqrt(2 * math.hypot(*scene.gravity) * fall)
     if scene.has_air:
@@ -78,13 +90,11 @@ def refinement(scene: Scene, substep: float, speed: float, *, coarse: bool = Fal
     """
     Return by how much a substep is to be divided for a cloth in fast motion.
 
-    For the sake of accuracy, so that half a substep of motion stays within the tolerance; and of
-    energy.
-
-    The stability limit is that of a frozen state.  Where particles move by more than a fraction
-    of a rest length in a substep, springs turn over within it, and symplectic Euler pumps energy
-    into them, without end where nothing damps.  A number of substeps that the user has fixed is
-    left alone.
+    For the sake of energy: the stability limit is that of a frozen state.  Where particles move
+    by more than a fraction of a rest length in a substep, springs turn over within it, and
+    explicit methods pump energy into them, without end where nothing damps.  For the sake of
+    accuracy with a first-order method, so that half a substep of motion stays within the
+    tolerance.  A number of substeps that the user has fixed is left alone.
 
     Parameters
     ----------
@@ -101,7 +111,7 @@ def refinement(scene: Scene, substep: float, speed: float, *, coarse: bool = Fal
     if scene.solver.substeps:
         return 1
     travel = _TRAVEL * scene.sheet.shortest_spacing
-    if not coarse:
+    if not coarse and method_of(scene.solver.method).order == 1:
         travel = min(travel, 2 * scene.solver.tolerance)
     division = speed * substep / travel
     # Not finite compares as false.

@@ -29,6 +29,8 @@ from ..messages.diagnostics import diagnostics_message
 from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth
+from ..model.error_monitor import ErrorMonitor
+from ..model.methods import method_of
 from .frames import Frames
 from .main import Stop
 from .pacing import Pacing
@@ -38,6 +40,7 @@ from .parameters import changed_scene, declare_scene, typed
 _DEPTH = 5
 _WARNING_EVERY = 5.0  # s, between two warnings of one kind
 _JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
+_ESTIMATING = 0.05  # share of a core that the error estimate may take
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
 
@@ -53,6 +56,7 @@ class ClothNode(Node):
         self._cloth = Cloth(scene)
         self._pacing = Pacing()
         self._pacing.expect(self._cloth.compile())
+        self._monitor = ErrorMonitor(self._cloth)
         self._paused = False
         self._rejected: Counter[str] = Counter()
         self._timer: Any = None
@@ -100,7 +104,8 @@ class ClothNode(Node):
         self._log.info(
             f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz in '
             f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms '
-            f'(stability limit {1e3 * cloth.stability_limit:.3g} ms)'
+            f'(stability limit {1e3 * cloth.stability_limit:.3g} ms) of '
+            f'{method_of(scene.solver.method).name}, {scene.solver.precision} precision'
         )
         self._log.info(
             f'publishing {self._particles_out.topic_name}, {self._markers_out.topic_name} and '
@@ -153,6 +158,14 @@ class ClothNode(Node):
                     self._markers_out.publish(deletion(vanished, self._cloth.scene.frame_id))
                 self._shown = self._markers.namespaces
             self._markers_out.publish(self._markers.serialise(self._cloth, seconds, nanoseconds))
+        if self._estimating and not self._paused:
+            self._monitor.work(_ESTIMATING * elapsed)
+
+    @property
+    def _estimating(self) -> bool:
+        """True if someone listens to the error estimate, or there is none yet."""
+        listening = self._diagnostics_out.get_subscription_count() > 0
+        return listening or self._monitor.estimate is None
 
     def _simulate(self, elapsed: float) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
@@ -163,9 +176,12 @@ class ClothNode(Node):
         start = time.perf_counter()
         try:
             with self._stop.interrupting():
+                if self._estimating:
+                    self._monitor.observe(count * substep)
                 cloth.advance(count * substep)
         except FloatingPointError as error:
             self._unfinished += 1
+            self._monitor.forget()
             self._failing = True
             pacing.forget()
             self._log.error(str(error), throttle_duration_sec=_WARNING_EVERY)
@@ -222,6 +238,7 @@ class ClothNode(Node):
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._cloth.reset()
+        self._monitor.forget()
         self._pacing.forget()
         self._stamp = self.get_clock().now().nanoseconds
         response.success = True
@@ -249,6 +266,7 @@ class ClothNode(Node):
         if scene is not before:
             self._cloth.configure(scene)
             self._pacing.expect(self._cloth.compile())
+            self._monitor.restart()
             # What that took, compiling maybe, is no time that the cloth has lost.
             self._last = self._ticking.now().nanoseconds
             self._markers = None
@@ -287,7 +305,7 @@ class ClothNode(Node):
             'load [share of real time]': self._pacing.load(cloth.substep),
             'energy [J]': cloth.energy(),
             'largest strain': cloth.largest_strain(),
-            'error estimate [m]': cloth.error_estimate,
+            **self._error(),
             'sphere depth [m]': cloth.sphere_depth,
             'rejected inputs': self._rejected.total(),
             'rejected wind': self._rejected['wind'],
@@ -297,6 +315,17 @@ class ClothNode(Node):
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
         self._diagnostics_out.publish(diagnostics_message(header, name, message, values, level))
+
+    def _error(self) -> dict[str, object]:
+        estimate = self._monitor.estimate
+        if estimate is None:
+            return {'error estimate [m]': 'not yet sampled'}
+        return {
+            'error estimate [m]': estimate.largest,
+            'error estimate, root mean square [m]': estimate.rms,
+            'error estimate, over the last [s]': estimate.seconds,
+            'error estimate, up to simulated time [s]': estimate.time,
+        }
 
 
 def run(stop: Stop, args: list[str] | None) -> None:

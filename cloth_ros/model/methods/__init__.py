@@ -1,11 +1,64 @@
 """
 Integration methods, one per file.
 
-A method is a class with a `name`, the `order` of its global error, and ``step(state, h)``, which
-carries a `State` forward by one substep with the forces that a `Dynamics` gives it.  To add one,
-write its file and name its class here.
+A method is a class with
+
+* a `name`, and the `order` of its global error;
+* ``amplification(h, elastic, viscous)``, the matrix by which a step multiplies the position and
+  velocity of a damped oscillator, and ``stable_step(elastic, viscous)``, the longest step that is
+  stable on every oscillator up to these;
+* ``run(state, steps, move)``, a generator that carries a `State` through substeps of the lengths
+  that `steps` yields, s, and yields itself after each.  It takes the forces from the `Dynamics`
+  that it was made with; ``move(h)`` lets the particles drift for `h` s at their velocities, and
+  whatever they meet on the way act on them.
+
+To add one, write its file and name its class here.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, Protocol
+
+from .position_verlet import PositionVerlet
 from .symplectic_euler import SymplecticEuler
 
-METHODS = {method.name: method for method in (SymplecticEuler,)}
+if TYPE_CHECKING:
+    from ..dynamics import Dynamics
+    from ..lattice import Array
+    from ..state import State
+
+
+class Method(Protocol):
+    """What a method is."""
+
+    name: str
+    order: int
+
+    def __init__(self, dynamics: Dynamics) -> None: ...
+
+    @staticmethod
+    def amplification(h: float, elastic: float, viscous: float) -> Array:
+        """Return the matrix of a step on ẍ = −λ x − μ ẋ, for (x, ẋ), shape (2, 2)."""
+        ...
+
+    @staticmethod
+    def stable_step(elastic: float, viscous: float) -> float:
+        """Return the longest stable step, s, for stiffness up to λ and damping up to μ."""
+        ...
+
+    def run(
+        self, state: State, steps: Iterable[float], move: Callable[[float], None]
+    ) -> Iterator[None]:
+        """Carry `state` through `steps`, s."""
+        ...
+
+
+METHODS: dict[str, type[Method]] = {
+    method.name: method for method in (PositionVerlet, SymplecticEuler)
+}
+
+
+def method_of(name: str) -> type[Method]:
+    """Return the method of this name; `auto` is the one that wins where it was measured."""
+    return METHODS['position_verlet' if name == 'auto' else name]

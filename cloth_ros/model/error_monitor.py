@@ -1,0 +1,145 @@
+"""
+The error of a running cloth, measured against its own finer solution.
+
+A twin of the cloth starts from the same state at the same time, and is given the same wind and
+the same path of the sphere, but takes half the substeps in double precision.  It runs in the time
+that is left over, as slowly as that takes.  When it has come to the end of a window of simulated
+time, its distance from where the cloth then was is what the substep and the precision of the
+cloth have added to its error within the window.  For the error of order p that halving the
+substep leaves, the distance is multiplied by 2ᵖ/(2ᵖ − 1) (Richardson).
+
+This says nothing of errors that the twin shares: those of the model and of the grid.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .cloth import Cloth
+from .lattice import Array
+from .methods import method_of
+
+_FINER = 2
+# Longest window, s of simulated time, and the wall-clock time, s, that it may take to sample it.
+_WINDOW = 1.0
+_PATIENCE = 10.0
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """
+    Position error of a cloth that has come up in a window of simulated time.
+
+    Attributes
+    ----------
+    largest, rms
+        Of any particle, and the root of the mean square of all, m.
+    seconds
+        Length of the window, s.
+    time
+        Simulated time at its end, s.
+
+    """
+
+    largest: float
+    rms: float
+    seconds: float
+    time: float
+
+
+class ErrorMonitor:
+    """
+    Samples the error of a cloth, window after window.
+
+    Attributes
+    ----------
+    estimate
+        Of the last window that is finished; None before the first.
+
+    """
+
+    def __init__(self, cloth: Cloth) -> None:
+        self.estimate: ErrorEstimate | None = None
+        self._cloth = cloth
+        self._window = 0.0
+        self._credit = 0.0
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew with the scene that the cloth has now."""
+        scene = self._cloth.scene.with_parameters({'solver.precision': 'double'})
+        self._twin = Cloth(scene, finer=_FINER)
+        self._twin.warm_up()
+        self.forget()
+
+    def forget(self) -> None:
+        """Give up the present sample: the state of the cloth was changed from outside."""
+        self._tape: list[tuple[float, bool, tuple[float, ...], list[Array]]] = []
+        self._recorded = 0.0
+        self._recording = False
+        self._goal: Array | None = None
+        self._march: Iterator[object] = iter(())
+
+    def observe(self, seconds: float) -> None:
+        """Take note that the cloth is about to advance by `seconds`."""
+        cloth = self._cloth
+        if not self._recording and self._goal is None:
+            self._twin.adopt(cloth)
+            self.forget()
+            self._recording = True
+            self._began = time.perf_counter()
+        if self._recording and self._recorded > 0 and self._recorded >= self._window:
+            self._goal = cloth.positions
+            self._ended = cloth.time
+            self._recording = False
+        if self._recording:
+            self._tape.append((seconds, cloth.coarse, cloth.wind, cloth.sphere_waypoints))
+            self._recorded += seconds
+
+    def work(self, seconds: float) -> None:
+        """
+        Let the twin run for another `seconds` of wall-clock time, or save them up.
+
+        A substep is never divided: what it takes too long is taken off the next calls.
+        """
+        self._credit = min(self._credit + seconds, max(seconds, 0.0) * 20)
+        start = time.perf_counter()
+        try:
+            while self._credit > time.perf_counter() - start:
+                if next(self._march, self) is not self:
+                    continue
+                if self._tape:
+                    duration, self._twin.coarse, wind, waypoints = self._tape.pop(0)
+                    self._twin.wind = wind
+                    for point in waypoints:
+                        self._twin.move_sphere(point.tolist())
+                    self._march = self._twin.march(duration)
+                elif self._goal is not None:
+                    self._finish(self._goal)
+                    break
+                else:
+                    break
+        except FloatingPointError:
+            self.forget()
+        self._credit -= time.perf_counter() - start
+
+    def _finish(self, goal: Array) -> None:
+        distance = np.linalg.norm(self._twin.positions - goal, axis=-1)
+        power = _FINER ** method_of(self._cloth.scene.solver.method).order
+        scale = power / (power - 1)
+        self.estimate = ErrorEstimate(
+            largest=scale * float(distance.max()),
+            rms=scale * float(np.sqrt(np.mean(distance**2))),
+            seconds=self._recorded,
+            time=self._ended,
+        )
+        # Longer windows as far as they are done in time, shorter ones where they are not.
+        if time.perf_counter() - self._began > _PATIENCE:
+            self._window = 0.5 * self._recorded
+        else:
+            self._window = min(2 * self._recorded, _WINDOW)
+        self.forget()
