@@ -1,6 +1,7 @@
 # make run   a live cloth; SCENE=config/… picks another scene
 # make test  ruff, mypy and pytest
 # make pictures   the pictures of the README, into docs/pictures
+# make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
 # Each makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
@@ -13,7 +14,7 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test pictures clean
+.PHONY: run test pictures study clean
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -26,6 +27,9 @@ test: $(VENV)/.ready-test-$(ROS)
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures
+
+study: $(VENV)/.ready-run-$(ROS)
+	@tools/study.sh $(VENV) $(STUDY)
 
 $(VENV)/.ready-%: setup.py tools/environment.sh
 	@tools/environment.sh $(VENV) $*

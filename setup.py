@@ -22,7 +22,7 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML'],
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'matplotlib', 'tqdm'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
         # rclpy is used, so they are no requirement of the package itself.
@@ -42,6 +42,11 @@ setup(
         ],
         'pictures': ['pyvista'],
     },
-    entry_points={'console_scripts': ['cloth_node = cloth_ros.node.main:main']},
+    entry_points={
+        'console_scripts': [
+            'cloth_node = cloth_ros.node.main:main',
+            'cloth_tradeoff = cloth_ros.tradeoff.main:main',
+        ]
+    },
     zip_safe=False,
 )

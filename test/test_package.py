@@ -65,7 +65,7 @@ def test_the_version_is_the_same_everywhere():
 
 def test_what_is_imported_is_declared():
     """Every import of the package is a dependency of package.xml."""
-    keys = {'numpy': 'python3-numpy', 'numba': 'python3-numba', 'yaml': 'python3-yaml'}
+    keys = {name: f'python3-{name}' for name in ('numpy', 'numba', 'yaml', 'matplotlib', 'tqdm')}
     package = ElementTree.parse(ROOT / 'package.xml').getroot()
     declared = {element.text for element in package.findall('exec_depend')}
     imported = set()

@@ -1,0 +1,1 @@
+"""Speed against accuracy, measured: what each setting costs, and how wrong it is."""

@@ -1,0 +1,186 @@
+"""
+Where the energy of a cloth comes from and goes to.
+
+Kinetic and elastic energy change by the work of gravity, of air, of drag, of dashpots and of
+contact, and by nothing else; what does not add up is the error of the integration.
+
+An impulse J in a substep that takes a particle from the velocity v to v' does the work
+J·(v + v')/2, and the works of all impulses are together exactly the change of kinetic energy.
+That of springs and gravity must equal the change of their potentials; the rest damps or drives.
+Contact also moves particles, without velocity, out of the sphere: by how much the way of a
+particle differs from its velocity, so much work contact does against springs and gravity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..model import Cloth, Scene
+from ..model.dynamics import Dynamics
+from ..model.lattice import Array
+from ..model.methods import method_of
+from ..model.state import State
+
+# Relative difference by which a drift in single precision may miss position plus velocity.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Budget:
+    """
+    Energy by where it came from, J.
+
+    Attributes
+    ----------
+    motion
+        Kinetic and elastic energy gained.
+    gravity, air, drag, dashpots, contact
+        Work done on the cloth.
+    turnover
+        The largest that any of these has been.
+
+    """
+
+    motion: float
+    gravity: float
+    air: float
+    drag: float
+    dashpots: float
+    contact: float
+    turnover: float
+
+    @property
+    def unexplained(self) -> float:
+        """What the integration has made or lost, J."""
+        work = self.gravity + self.air + self.drag + self.dashpots + self.contact
+        return self.motion - work
+
+    @property
+    def closure(self) -> float:
+        """The unexplained as a share of the turnover."""
+        return abs(self.unexplained) / self.turnover if self.turnover > 0 else 0.0
+
+
+class _Heard:
+    """A `Dynamics` that remembers how long the last kick was."""
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        self._dynamics = dynamics
+        self.damped = dynamics.damped
+        self.length = 0.0
+
+    def accelerate(self, state: State) -> None:
+        self._dynamics.accelerate(state)
+
+    def kick(self, state: State, h: float) -> None:
+        # The midpoint rule of dashpots kicks twice; the second one is what happens.
+        self.length = h
+        self._dynamics.kick(state, h)
+
+
+class AccountedCloth(Cloth):
+    """A cloth that keeps account of the work done on it."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._work = dict.fromkeys(('air', 'drag', 'dashpots', 'contact'), 0.0)
+        self._turnover = 0.0
+        super().__init__(scene)
+        self.open()
+
+    def _build(self, scene: Scene) -> None:
+        super()._build(scene)
+        self._heard = _Heard(self._dynamics)
+        self._method = method_of(scene.solver.method)(self._heard)  # type: ignore[arg-type]
+        self._forces = Dynamics(scene, self._lattice, self._air, np.float64)
+        self._still = State(self._lattice, np.float64)
+        self._still.pin(scene.pinned())
+
+    def open(self) -> None:
+        """Begin the account with the present state."""
+        self._work = dict.fromkeys(self._work, 0.0)
+        self._turnover = 0.0
+        self._opening = self.energy_by_kind()
+        self._velocity = self._velocities()
+        self._half_way = np.zeros_like(self._velocity)
+        self._corrected = np.zeros(self._velocity.shape, bool)
+
+    def _velocities(self) -> Array:
+        return self._lattice.grid(self._state.velocity).astype(float)
+
+    def _acceleration(self, velocity: Array | float = 0.0) -> Array:
+        """Return what springs, dashpots and gravity do to the present positions, m/s²."""
+        grid, still = self._lattice.grid, self._still
+        grid(still.position)[...] = grid(self._state.position)
+        grid(still.velocity)[...] = velocity
+        self._forces.accelerate(still)
+        return grid(still.acceleration).copy()
+
+    def _impulses(self, after: Array) -> dict[str, Array]:
+        """Return what air, drag and dashpots gave to each particle in the last kick, N·s."""
+        before, h = self._velocity, self._heard.length
+        mean, mass = 0.5 * (before + after), self.scene.sheet.particle_mass
+        potential = self._acceleration()
+        self._force = mass * potential
+        rest = mass * (after - before) - h * self._force
+        dashpots = np.zeros_like(rest)
+        if self._forces.damped:
+            dashpots = mass * h * (self._acceleration(mean) - potential)
+        # Without air, what is left is drag exactly; with it drag is known to second order.
+        drag = rest - dashpots
+        if self.scene.has_air:
+            drag = -mass * self.scene.drag * h * mean
+        return {'drag': drag, 'dashpots': dashpots, 'air': rest - drag - dashpots}
+
+    def _book(self, impulses: dict[str, Array], half_way: Array, corrected: Array) -> None:
+        """
+        Book a kick, if there was one since the last drift, and the drift after it.
+
+        Parameters
+        ----------
+        impulses
+            N·s, shape (3, rows, columns).
+        half_way
+            Half of the way that the particles went in the drift, m, shape (3, rows, columns).
+        corrected
+            Where that is not by their velocity, bool.
+
+        """
+        now = self._velocities()
+        mean = 0.5 * (self._velocity + now)
+        for name, impulse in impulses.items():
+            self._work[name] += float(np.sum(impulse * mean))
+        here = corrected | self._corrected
+        if here.any():
+            missed = self._heard.length * mean - self._half_way - half_way
+            self._work['contact'] += float(np.sum((self._force * missed)[here]))
+        self._velocity, self._half_way, self._corrected = now, half_way, corrected
+        self._heard.length = 0.0
+
+    def _move(self, h: float) -> None:
+        kicked, start = self._velocities(), self._world()
+        impulses = self._impulses(kicked)
+        super()._move(h)
+        impulses['contact'] = self.scene.sheet.particle_mass * (self._velocities() - kicked)
+        way = self._world() - start
+        missed = np.abs(way - h * self._velocities()) > _ROUNDING * (1 + np.abs(start))
+        self._book(impulses, 0.5 * way, missed)
+
+    def advance(self, seconds: float) -> None:
+        """Advance, and book what is done."""
+        super().advance(seconds)
+        budget = self.budget()
+        self._turnover = max(
+            self._turnover, *(abs(value) for value in (budget.gravity, *self._work.values()))
+        )
+
+    def budget(self) -> Budget:
+        """Return the account since it was opened."""
+        now, then = self.energy_by_kind(), self._opening
+        return Budget(
+            motion=now.kinetic + now.elastic - then.kinetic - then.elastic,
+            gravity=then.gravitational - now.gravitational,
+            turnover=self._turnover,
+            **self._work,
+        )

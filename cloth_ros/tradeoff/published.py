@@ -1,0 +1,151 @@
+"""
+Figures that others have published, and what the cloth makes of the same systems.
+
+The elastic pendulum is the exam of a course on numerical methods, whose solution lists where a
+mass on a spring is after a thousand seconds, for two methods and several steps (course PHYD57,
+University of Toronto Scarborough, 2024,
+http://planets.utsc.utoronto.ca/~pawel/PHYD57/fin-prob1-2024.res).  Its first-order scheme is
+symplectic Euler, its second-order scheme leapfrog, which is position Verlet from a start that is
+half a step away.  Of the change of energy the size is compared: one is printed with the other
+sign than the rest of its row and all other rows lead to.
+
+The folded chain hangs from both ends, side by side, and one end is let go.  Energy is conserved,
+ẏ² = g (2 L y − y²)/(L − y) for the drop y of the free end (M. G. Calkin, R. H. March, "The
+dynamics of a falling chain. I", Am. J. Phys. 57, 1989, 154), and the chain falls its length L in
+½ B(¾, ½)/√2 = 0.8472 of the time of free fall.  That holds for endlessly many links; two numbers
+of links give it by extrapolation in their inverse.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..model import Cloth
+from .ladder import scene
+
+_GRAVITY = 9.81  # m/s²
+
+
+@dataclass(frozen=True)
+class Published:
+    """
+    A figure that was published.
+
+    Attributes
+    ----------
+    name
+        Of the system, with what it was simulated with.
+    quantity
+        What the numbers are, with their unit.
+    values
+        As published.
+    tolerance
+        Differences that rounding, and what is not said of the start, explain.
+    steps
+        About how many substeps it takes.
+    run
+        Simulates the system, and returns the same numbers.
+
+    """
+
+    name: str
+    quantity: str
+    values: tuple[float, ...]
+    tolerance: tuple[float, ...]
+    steps: float
+    run: Callable[[], tuple[float, ...]]
+
+
+def _pendulum(method: str, step: float, y: float, stiffness: float) -> tuple[float, ...]:
+    """Return x, y, z and length, m, and the size of the relative change of energy."""
+    rest, rate = 0.1, 1000.0
+    cloth = Cloth(
+        scene(
+            method,
+            sheet__rows=1,
+            sheet__columns=2,
+            sheet__size=[rest, 1.0],
+            sheet__mass=2.0,
+            sheet__position=[rest / 2, 0.0, 0.0],
+            pins=['0,0'],
+            springs__structural=stiffness,
+            rate=rate,
+            solver__substeps=round(1 / (rate * step)),
+        )
+    )
+    cloth.positions = np.array([[[0.0, 0.0, 0.0], [-0.1, y, 0.1]]])
+    cloth.velocities = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, -0.1]]])
+    before = cloth.energy()
+    cloth.advance(1000.0)
+    position = cloth.positions[0, 1]
+    return (*position.tolist(), float(np.linalg.norm(position)), abs(cloth.energy() / before - 1))
+
+
+def falling_time(links: int, stiffness: float = 1e6) -> float:
+    """Return the time that a folded chain falls, as a share of that of free fall by its length."""
+    length = 1.0
+    cloth = Cloth(
+        scene(
+            'auto',
+            sheet__rows=1,
+            sheet__columns=links + 1,
+            sheet__size=[length, 1.0],
+            pins=['0,0'],
+            springs__structural=stiffness,
+        )
+    )
+    # One link is level, between two arms of the same number of links.
+    link = length / links
+    arm = np.arange((links + 1) // 2)
+    x = np.repeat([0.0, link], len(arm))
+    z = -link * np.concatenate([arm, arm[::-1]])
+    cloth.positions = np.stack([x, 0 * x, z], -1)[None]
+    tick, before, after = 1e-3, 0.0, 0.0
+    while after <= 0:  # until the end turns up
+        cloth.advance(tick)
+        before, after = after, float(cloth.velocities[0, -1, 2])
+    time = cloth.time - tick * after / (after - before)
+    return time / math.sqrt(2 * length / _GRAVITY)
+
+
+def _folded_chain() -> tuple[float, ...]:
+    few, many = 41, 81
+    fewer, more = falling_time(few), falling_time(many)
+    return ((many * more - few * fewer) / (many - few),)
+
+
+def _rows() -> list[Published]:
+    """Return the rows of the published table of the elastic pendulum."""
+    euler, verlet = 'symplectic_euler', 'position_verlet'
+    table = (
+        (euler, 1e-4, 0.2, 33.0, (-0.0492, 0.0985, 0.0754, 0.1334, 0.133e-3)),
+        (euler, 5e-5, 0.2, 33.0, (-0.0494, 0.0988, 0.0752, 0.1336, 0.672e-4)),
+        (euler, 1e-4, 0.21, 33.0, (0.0915, -0.1921, -0.6594, 0.6928, 0.599e-3)),
+        (euler, 1e-4, 0.2, 40.0, (0.0973, -0.1946, -0.6076, 0.6456, 0.403e-3)),
+        (verlet, 1e-3, 0.2, 33.0, (-0.0501, 0.1003, 0.0742, 0.1340, 0.344e-5)),
+        (verlet, 5e-4, 0.2, 33.0, (-0.0497, 0.0995, 0.0747, 0.1338, 0.861e-6)),
+        (verlet, 1e-3, 0.21, 33.0, (0.0915, -0.1921, -0.6548, 0.6904, 0.708e-5)),
+    )
+    return [
+        Published(
+            f'elastic pendulum, y₀ = {y:g} m, k/m = {stiffness:g}/s², {method}, {1e3 * step:g} ms',
+            'x, y, z, length [m], size of the relative change of energy',
+            values,
+            # Four digits of the place are printed, and leapfrog's may be off by its start.
+            (*[3e-4 if method == euler else 1.5e-3] * 4, 0.005 * values[-1]),
+            1000 / step,
+            partial(_pendulum, method, step, y, stiffness),
+        )
+        for method, step, y, stiffness, values in table
+    ]
+
+
+FIGURES = (
+    *_rows(),
+    Published('folded chain', 'time of fall / free fall', (0.85,), (5e-3,), 1e5, _folded_chain),
+)

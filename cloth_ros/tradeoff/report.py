@@ -1,0 +1,298 @@
+"""The result of a study as a page that people read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from . import verdict
+
+Result = dict[str, Any]
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a Markdown table."""
+    lines = ['| ' + ' | '.join(head) + ' |', '|' + ' --- |' * len(head)]
+    lines += ['| ' + ' | '.join(str(cell) for cell in row) + ' |' for row in rows]
+    return '\n'.join(lines)
+
+
+def length(metres: float) -> str:
+    """Return a length with a unit that suits it."""
+    for unit, size, least in (('m', 1.0, 1.0), ('mm', 1e-3, 1e-4), ('µm', 1e-6, 1e-7)):
+        if metres >= 0.999 * least:
+            return f'{metres / size:.3g} {unit}'
+    return f'{metres / 1e-9:.3g} nm'
+
+
+def percent(share: float) -> str:
+    """Return a share in percent."""
+    return f'{100 * share:.{3 if share >= 1 else 2}g} %'
+
+
+def recommendation(result: Result) -> str:
+    """Return what to take, in a few sentences with the parameters to write."""
+    lines = []
+    horizon, known = result['reference']['horizon'], verdict.usable(result)
+    within = f'in the {horizon:.2g} s that errors are known for'
+    rate = result['parameters']['rate']
+    best = verdict.for_real_time(result)
+    if best is None:
+        lines.append(
+            f'* **{rate:g} Hz on this machine**: no setting takes less than '
+            f'{verdict.SHARE:g} of real time with this scene. Take a coarser grid (see below), '
+            'softer springs, or leave `solver.overload` to slow time down.'
+        )
+    else:
+        lines.append(
+            f'* **{rate:g} Hz on this machine**: `{verdict.parameters(best)}`, error '
+            f'{length(verdict.error(best))} {within}, '
+            f'{percent(verdict.cost(best))} of real time.'
+        )
+    cheap = verdict.for_accuracy(result)
+    wanted = length(verdict.ACCURACY)
+    if cheap is None:
+        nearest = min(known, key=verdict.error, default=None)
+        rest = f' The most accurate is off by {length(verdict.error(nearest))}.' if nearest else ''
+        lines.append(f'* **{wanted}**: no setting that was tried is as accurate.{rest}')
+    else:
+        lines.append(
+            f'* **{wanted}**: `{verdict.parameters(cheap)}`, error '
+            f'{length(verdict.error(cheap))} in that time, '
+            f'{percent(verdict.cost(cheap))} of real time.'
+        )
+    if known and horizon < result['course']['seconds'] * (1 - 1e-9):
+        together = sorted(entry['together'] for entry in verdict.candidates(result))
+        cheapest = min(known, key=verdict.cost)
+        lines.append(
+            f'* **After {horizon:.2g} s** this scene is chaotic, and accuracy is not to be had: '
+            f'all settings part from the reference after {together[0]:.2g} to '
+            f'{together[-1]:.2g} s. Nothing is then gained over the cheapest, '
+            f'`{verdict.parameters(cheapest)}`, {percent(verdict.cost(cheapest))} of real time.'
+        )
+    return '\n'.join(lines)
+
+
+def _course(result: Result) -> str:
+    course, reference = result['course'], result['reference']
+    parts = [f'{course["seconds"]:.3g} s were simulated']
+    if course['begins at']:
+        parts.append(f'from {course["begins at"]:g} s on, just before the first gust')
+    if course['sphere sent to']:
+        x, y, z = course['sphere sent to']
+        parts.append(f'the sphere being sent to ({x:g}, {y:g}, {z:g}) m in {course["over"]:g} s')
+    coarse, fine = reference['substeps']
+    text = ', '.join(parts) + '. '
+    text += (
+        f'The reference is {reference["method"]} in double precision with {fine} substeps a tick; '
+    )
+    if reference['horizon'] >= course['seconds'] * (1 - 1e-9):
+        text += (
+            f'with {coarse} it differs by {length(reference["agreement"])} at most, the smallest '
+            f'error below is {length(reference["smallest error"])}.'
+        )
+    elif reference['horizon'] > 0:
+        text += (
+            f'with {coarse} it stays together for {reference["horizon"]:.3g} s to within '
+            f'{length(reference["agreement"])}, a tenth of the smallest error below or less. '
+            'After that the cloth is chaotic, and errors are not reported: no step, however '
+            'short, makes it repeatable.'
+        )
+    else:
+        text += f'with {coarse} it differs from the start: no errors can be reported.'
+    if reference['apart']:
+        times = [
+            f'{length(each["distance"])} at {each["time"]:.3g} s' for each in reference['apart']
+        ]
+        text += f' The two are first apart by {", ".join(times)}.'
+    return text
+
+
+def _settings(result: Result) -> str:
+    best = verdict.frontier(verdict.candidates(result))
+    rows = []
+    for entry in sorted(result['settings'], key=verdict.cost):
+        wall, found = entry['wall'], entry['error']
+        spread = f'{wall["least"]:.3g} to {wall["greatest"]:.3g}'
+        row = [
+            ('**' + entry['label'] + '**') if entry in best else entry['label'],
+            f'{entry["substeps per tick"]:.4g}',
+            f'{wall["median"]:.3g}' + (f' ({spread})' if wall['runs'] > 1 else ''),
+            f'{entry["particle steps"]:.3g}',
+        ]
+        if entry['unstable']:
+            row[2:] = ['', '']
+            row += ['**blew up**', '', '', '', '']
+        elif found is None:
+            row += ['', '', '', '', f'{entry["together"]:.3g} s']
+        else:
+            row += [
+                f'{length(found["largest"])} ({percent(found["largest of the sheet"])})',
+                f'{length(found["rms"])} ({percent(found["rms of the sheet"])})',
+                f'{found["strain"]:.2g}',
+                percent(found['energy']),
+                f'{entry["together"]:.3g} s',
+            ]
+        row[0] += ' †' if entry['refused'] else ''
+        rows.append(row)
+    head = (
+        'setting',
+        'substeps a tick',
+        'cost [s/s]',
+        'particle steps per s',
+        'largest error',
+        'rms error',
+        'strain error',
+        'energy error',
+        'together for',
+    )
+    return table(head, rows)
+
+
+def _rates(result: Result) -> str:
+    rows = []
+    for entry in result['rates']:
+        found = entry['error']
+        rows.append(
+            (
+                f'{entry["setting"]["rate"]:g} Hz',
+                f'{entry["substeps per tick"]:.4g}',
+                f'{verdict.cost(entry):.3g}',
+                length(found['largest']) if found else '',
+                length(found['rms']) if found else '',
+            )
+        )
+    head = ('rate', 'substeps a tick', 'cost [s/s]', 'largest error', 'rms error')
+    return table(head, rows)
+
+
+def _grids(result: Result) -> str:
+    rows = []
+    for number, entry in enumerate(result['grids']):
+        last = number == len(result['grids']) - 1
+        rows.append(
+            (
+                f'{entry["rows"]} × {entry["columns"]}',
+                f'{entry["bending"]:.4g}',
+                f'{entry["wall"]:.3g}',
+                f'{entry["particle steps"]:.3g}',
+                'the finest' if last else length(entry['largest']),
+                '' if last else length(entry['rms']),
+                '' if last else f'{entry["together"]:.3g} s',
+            )
+        )
+    head = (
+        'grid',
+        'bending [N/m]',
+        'cost [s/s]',
+        'particle steps per s',
+        'largest distance',
+        'rms distance',
+        'together for',
+    )
+    return table(head, rows)
+
+
+def _breaking(result: Result) -> str:
+    rows = [
+        (
+            row['method'],
+            row['state'],
+            f'{1e3 * row["predicted"]:.4g}',
+            f'{1e3 * row["measured"]:.4g}',
+            f'{row["predicted"] / row["measured"]:.3f}',
+            f'{1e3 * row["taken"]:.4g}',
+        )
+        for row in result['breaking']
+    ]
+    head = (
+        'method',
+        'state',
+        'predicted [ms]',
+        'measured [ms]',
+        'predicted / measured',
+        'longest step taken [ms]',
+    )
+    return table(head, rows)
+
+
+def _budget(result: Result) -> str:
+    budget = result['budget']
+    names = ('gravity', 'air', 'drag', 'dashpots', 'contact')
+    head = ['', *(f'work of {name}' for name in names), 'motion', 'unexplained']
+    row = ['[J]', *(f'{budget[name]:.4g}' for name in names), f'{budget["motion"]:.4g}']
+    row.append(f'{budget["unexplained"]:.2g} ({percent(budget["closure"])})')
+    return table(head, [row])
+
+
+def _live(result: Result) -> str:
+    rows = [
+        (
+            f'{each["time"]:.3g}',
+            f'{each["seconds"]:.3g}',
+            length(each['estimate']),
+            length(each['truth']),
+            f'{each["estimate"] / each["truth"]:.2f}' if each['truth'] > 0 else '',
+        )
+        for each in result['live error']
+    ]
+    return table(('up to [s]', 'over [s]', 'estimate', 'true', 'ratio'), rows)
+
+
+def page(result: Result) -> str:
+    """Return the report of one scene, in Markdown."""
+    machine = ', '.join(f'{name} {value}' for name, value in result['machine'].items())
+    kind = 'quick' if result['quick'] else 'long'
+    return f"""# Speed against accuracy: {result['scene']}
+
+{_course(result)}
+
+{recommendation(result)}
+
+![work-precision plot](work_precision.png)
+
+## Settings
+
+Bold: on the frontier, nothing is both cheaper and more accurate. †: the node refuses this number
+of substeps, for it is not stable in every state. Errors are those of positions, in brackets
+relative to the sheet's diagonal; the strain error is that of the largest strain; the energy error
+is relative to the greatest kinetic and elastic energy. "Together": until the distance from the
+reference reaches 1 % of the diagonal.
+
+{_settings(result)}
+
+## Rate of the ticks
+
+{_rates(result)}
+
+## Grid
+
+The same cloth with fewer or more particles: the stiffness of the bending springs is scaled with
+one over the spacing squared, structural and shear stiffness stay. The distance is that from the
+finest grid, at the particles of the coarser one.
+
+{_grids(result)}
+
+## Where the methods break
+
+Longest stable step, predicted from the stiffness of the state and measured by bisection, and the
+longest step that the solver takes in any state.
+
+{_breaking(result)}
+
+## Energy
+
+Work done on the cloth at the default setting, and the kinetic and elastic energy gained; the
+unexplained in brackets relative to the largest of these.
+
+{_budget(result)}
+
+## The live error estimate
+
+What the node publishes as its error, at the default setting, beside the error against a solution
+with 16 times the substeps from the same start.
+
+{_live(result)}
+
+Measured by `cloth_tradeoff`, {kind} form, on: {machine}.
+"""

@@ -1,0 +1,74 @@
+"""What follows from the measurements: which settings are worth having, and which to take."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+# Share of real time that the simulation may take, so that messages, requests and other programs
+# have the rest.
+SHARE = 0.6
+# The accuracy, m, for which the cheapest setting is named.
+ACCURACY = 1e-4
+
+Entry = dict[str, Any]
+
+
+def candidates(result: Entry) -> list[Entry]:
+    """Return the settings that are stable, that a scene accepts, and whose error is known."""
+    return [
+        entry
+        for entry in result['settings']
+        if entry['error'] is not None and not entry['refused']
+    ]
+
+
+def usable(result: Entry) -> list[Entry]:
+    """
+    Return those of the candidates in which the solver finds its own substeps.
+
+    A fixed number is good for comparisons: it is not made larger where the cloth moves fast.
+    """
+    return [entry for entry in candidates(result) if not entry['setting']['substeps']]
+
+
+def frontier(entries: Sequence[Entry]) -> list[Entry]:
+    """Return the settings than which no other is both cheaper and more accurate, by cost."""
+    best: list[Entry] = []
+    for entry in sorted(entries, key=lambda each: (cost(each), error(each))):
+        if not best or error(entry) < error(best[-1]):
+            best.append(entry)
+    return best
+
+
+def cost(entry: Entry) -> float:
+    """Return the wall-clock time per simulated second, s."""
+    return float(entry['wall']['median'])
+
+
+def error(entry: Entry) -> float:
+    """Return the largest position error, m."""
+    return float(entry['error']['largest'])
+
+
+def for_real_time(result: Entry) -> Entry | None:
+    """Return the most accurate setting that leaves time for the rest; None if there is none."""
+    affordable = [entry for entry in usable(result) if cost(entry) <= SHARE]
+    return min(affordable, key=error, default=None)
+
+
+def for_accuracy(result: Entry) -> Entry | None:
+    """Return the cheapest setting whose error is at most `ACCURACY`; None if there is none."""
+    accurate = [entry for entry in usable(result) if error(entry) <= ACCURACY]
+    return min(accurate, key=cost, default=None)
+
+
+def parameters(entry: Entry) -> str:
+    """Return the parameters of a setting as they are written in a scene file."""
+    setting = entry['setting']
+    # Without an exponent: YAML 1.1 reads 1e-05 as a text.
+    tolerance = f'{setting["tolerance"]:.7f}'.rstrip('0')
+    return (
+        f'solver: {{method: {setting["method"]}, precision: {setting["precision"]}, '
+        f'tolerance: {tolerance}}}'
+    )

@@ -1,0 +1,101 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cloth_ros import Cloth, Scene
+from cloth_ros.model.error_monitor import ErrorMonitor
+from cloth_ros.model.methods import METHODS
+from cloth_ros.tradeoff.live_error import compare
+from cloth_ros.tradeoff.trial import Course
+
+TICK = 1 / 60
+
+
+def scene(**changes: object) -> Scene:
+    return Scene().with_parameters({'sheet.rows': 12, 'sheet.columns': 12, **changes})
+
+
+@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('config', ['hanging', 'gust', 'drop_on_sphere', 'small_fast_sphere'])
+def test_the_estimate_is_within_a_factor_of_three_of_the_truth(config, precision, method):
+    ready = Scene.from_yaml(f'config/{config}.yaml').with_parameters(
+        {'solver.method': method, 'solver.precision': precision, 'wind.gust.period': 0.0}
+    )
+    # The sphere comes down on the sheet where there is one; until then nothing is chaotic.
+    goal = (0.0, 0.0, 0.9) if config == 'small_fast_sphere' else None
+    comparisons = compare(ready, Course(0.3, 2 * TICK, goal=goal, arrival=0.3))
+    assert len(comparisons) >= 3
+    for each in comparisons:
+        assert each.truth / 3 < each.estimate < 3 * each.truth, each
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    winds=st.lists(st.tuples(*[st.floats(-5, 5)] * 3), min_size=12, max_size=12),
+    parts=st.integers(1, 4),
+)
+def test_the_twin_is_given_what_the_cloth_was_given(winds, parts):
+    """Had it other wind, or other ticks, it would be millimetres away."""
+    cloth = Cloth(scene(**{'solver.precision': 'double', 'solver.substeps': 200}))
+    monitor = ErrorMonitor(cloth)
+    seen = []
+    for wind in winds:
+        cloth.wind = wind
+        for _ in range(parts):
+            monitor.observe(TICK / parts)
+            cloth.advance(TICK / parts)
+        monitor.work(math.inf)
+        seen.append(monitor.estimate)
+    assert seen[-1] is not None
+    assert max(each.largest for each in seen if each is not None) < 1e-5
+
+
+def test_windows_grow_to_a_second_and_lie_behind_the_present():
+    cloth = Cloth(scene())
+    monitor = ErrorMonitor(cloth)
+    estimates = []
+    for _ in range(200):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        monitor.work(math.inf)
+        if monitor.estimate is not None and monitor.estimate not in estimates:
+            estimates.append(monitor.estimate)
+            assert monitor.estimate.time < cloth.time
+    lengths = [each.seconds for each in estimates]
+    assert lengths[0] == pytest.approx(TICK)
+    assert lengths == sorted(lengths)
+    assert lengths[-1] == pytest.approx(1.0)
+    for each in estimates:
+        assert 0 < each.rms <= each.largest
+
+
+def test_nothing_is_done_without_time_and_the_cloth_is_left_alone():
+    cloth, alone = Cloth(scene()), Cloth(scene())
+    monitor = ErrorMonitor(cloth)
+    for number in range(30):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        alone.advance(TICK)
+        monitor.work(0.0 if number < 20 else math.inf)
+        assert (monitor.estimate is None) == (number < 20)
+    assert np.array_equal(cloth.positions, alone.positions)
+
+
+def test_a_restart_forgets_the_sample_and_follows_the_new_scene():
+    cloth = Cloth(scene())
+    monitor = ErrorMonitor(cloth)
+    monitor.observe(TICK)
+    cloth.advance(TICK)
+    cloth.configure(scene(**{'springs.structural': 5000.0, 'springs.bending': 0.0}))
+    cloth.reset()
+    monitor.restart()
+    for _ in range(12):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        monitor.work(math.inf)
+    assert monitor.estimate is not None
+    assert monitor.estimate.largest < 1e-3

@@ -1,0 +1,62 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cloth_ros import Cloth, Scene
+from cloth_ros.tradeoff.grids import on_grid, sampled
+
+
+def test_the_same_cloth_has_the_same_mass_size_and_stiffness():
+    scene = Scene.from_yaml('config/gust.yaml')
+    finer = on_grid(scene, 2.0)
+    assert (finer.sheet.rows, finer.sheet.columns) == (71, 71)
+    for name in ('sheet.mass', 'sheet.size', 'springs.structural', 'springs.shear'):
+        assert finer.flat()[name] == scene.flat()[name]
+    assert finer.springs.bending == pytest.approx(4 * scene.springs.bending)
+
+
+def test_a_stretched_sheet_stores_the_same_energy_on_every_grid():
+    energies = []
+    for factor in (0.5, 1.0, 2.0):
+        scene = on_grid(
+            Scene(sheet={'rows': 17, 'columns': 17}, springs={'shear': 0.0, 'bending': 0.0}),
+            factor,
+        )
+        cloth = Cloth(scene)
+        cloth.positions = cloth.positions * (1.01, 1.0, 1.0)
+        # The border has a row of springs for half the cells; for each cell they are the same.
+        rows = scene.sheet.rows
+        energies.append(cloth.energy_by_kind().elastic * (rows - 1) / rows)
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-4)
+
+
+@given(
+    pins=st.lists(
+        st.tuples(st.integers(0, 8), st.integers(0, 8)), min_size=1, max_size=6, unique=True
+    ),
+    factor=st.sampled_from([0.5, 2.0, 3.0]),
+)
+def test_pins_stay_where_they_were(pins, factor):
+    scene = Scene(
+        sheet={'rows': 9, 'columns': 9}, pins=[f'{row},{column}' for row, column in pins]
+    )
+    other = on_grid(scene, factor)
+    before, after = Cloth(scene), Cloth(other)
+    old = before.positions[scene.pinned()]
+    new = after.positions[other.pinned()]
+    reach = max(scene.sheet.spacing[0], other.sheet.spacing[0])
+    for place in old:
+        assert np.abs(new - place).max(axis=1).min() <= 0.5 * reach + 1e-9
+
+
+def test_no_pins_stay_no_pins():
+    assert not on_grid(Scene(pins=['']), 2.0).pinned().any()
+
+
+def test_a_grid_is_sampled_where_the_coarser_particles_are():
+    fine, coarse = (
+        Cloth(Scene(sheet={'rows': rows, 'columns': columns})).positions
+        for rows, columns in ((13, 17), (5, 9))
+    )
+    np.testing.assert_allclose(sampled(fine[None], 5, 9)[0], coarse, atol=1e-6)

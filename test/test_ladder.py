@@ -1,0 +1,100 @@
+import math
+
+import numpy as np
+import pytest
+
+from cloth_ros.model import cloth as cloth_module
+from cloth_ros.model.dynamics import Dynamics
+from cloth_ros.model.methods import METHODS
+from cloth_ros.tradeoff import ladder
+from cloth_ros.tradeoff.ladder import SYSTEMS, Result, System
+
+BY_NAME = {system.name: system for system in SYSTEMS}
+
+# The parameter of each system that its answer must betray if the forces use another value.
+FAULTS = {
+    'free fall': 'gravity',
+    'oscillator': 'springs.structural',
+    'oscillator with a dashpot': 'springs.damping',
+    'oscillator with drag': 'drag',
+    'chain, mode 1': 'springs.structural',
+    'chain, mode 2': 'springs.structural',
+    'chain, mode 5': 'springs.structural',
+    'chain, mode 10': 'springs.structural',
+    'hanging chain': 'springs.structural',
+    'catenary': 'direction of gravity',
+    'stiff pendulum, 10°': 'gravity',
+    'stiff pendulum, 60°': 'gravity',
+    'stiff pendulum, 120°': 'gravity',
+    'terminal velocity, drag': 'drag',
+    'terminal velocity, air': 'wind.air_density',
+    'fall in air': 'wind.drag_coefficient',
+    'numerical frequency': 'springs.structural',
+    'numerical damping': 'springs.damping',
+}
+
+
+@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('system', SYSTEMS, ids=lambda system: system.name)
+def test_every_method_finds_what_is_known(system: System, method: str):
+    result = system.measure(method)
+    assert result.holds, f'{result.error:.2e}, tolerable is {result.tolerance:.2e}'
+    assert np.shape(result.found) == np.shape(result.exact)
+
+
+def test_systems_have_names_of_their_own_and_each_has_a_fault():
+    assert len(BY_NAME) == len(SYSTEMS)
+    assert FAULTS.keys() == BY_NAME.keys()
+
+
+@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize(('name', 'fault'), FAULTS.items())
+def test_forces_that_are_wrong_by_a_hundredth_are_caught(name, fault, method, monkeypatch):
+    def faulty(scene, *others):
+        if fault == 'direction of gravity':
+            x, y, z = scene.gravity
+            changes = {'gravity': [x - 0.01 * z, y, z]}
+        elif fault == 'gravity':
+            changes = {'gravity': [1.01 * component for component in scene.gravity]}
+        else:
+            changes = {fault: 1.01 * scene.flat()[fault]}
+        return Dynamics(scene.with_parameters(changes), *others)
+
+    monkeypatch.setattr(cloth_module, 'Dynamics', faulty)
+    assert not BY_NAME[name].measure(method).holds
+
+
+def test_one_method_taken_for_another_is_caught(monkeypatch):
+    first, second = METHODS['symplectic_euler'], METHODS['position_verlet']
+    monkeypatch.setattr(cloth_module, 'method_of', lambda _: first)
+    assert not BY_NAME['free fall'].measure(second.name).holds
+    assert not BY_NAME['oscillator with drag'].measure(second.name).holds
+    assert not BY_NAME['numerical damping'].measure(second.name).holds
+
+
+def test_a_result_that_is_not_finite_does_not_hold():
+    for found in (math.nan, math.inf, np.array([1.0, math.nan])):
+        result = Result('', '', found, np.ones_like(found), tolerance=1.0)
+        assert result.error == math.inf
+        assert not result.holds
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_a_chain_sags_as_well_in_single_precision(method, monkeypatch):
+    def single(method, **changes):
+        return double(method, **changes).with_parameters({'solver.precision': 'single'})
+
+    double = ladder.scene
+    monkeypatch.setattr(ladder, 'scene', single)
+    # Positions of up to 0.5 m are rounded to 3e-8 m, the least stretch is 0.36 mm.
+    assert BY_NAME['hanging chain'].measure(method).error < 1e-3
+
+
+def test_climbing_measures_every_system(monkeypatch):
+    short = (BY_NAME['oscillator'], BY_NAME['terminal velocity, drag'])
+    monkeypatch.setattr(ladder, 'SYSTEMS', short)
+    results = ladder.climb('symplectic_euler')
+    assert [(result.system, result.method) for result in results] == [
+        (system.name, 'symplectic_euler') for system in short
+    ]
+    assert all(result.holds for result in results)
