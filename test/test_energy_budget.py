@@ -1,6 +1,8 @@
 import pytest
 
 from cloth_ros import Scene
+from cloth_ros.model import cloth as cloth_module
+from cloth_ros.model.dynamics import Dynamics
 from cloth_ros.model.methods import METHODS
 from cloth_ros.tradeoff.energy_budget import AccountedCloth
 
@@ -57,3 +59,19 @@ def test_a_gain_of_energy_is_not_explained_away():
     cloth.positions = cloth.positions + (0.0, 0.0, 0.3) * ~cloth.scene.pinned()[..., None]
     cloth.advance(TICK)
     assert cloth.budget().closure > 0.1
+
+
+@pytest.mark.parametrize(
+    'fault', ['drag', 'wind.drag_coefficient', 'gravity', 'springs.structural']
+)
+def test_forces_that_are_not_by_their_laws_stay_unexplained(fault, monkeypatch):
+    def faulty(scene, *others):
+        value = scene.flat()[fault]
+        wrong = [1.5 * each for each in value] if fault == 'gravity' else 1.5 * value
+        return Dynamics(scene.with_parameters({fault: wrong}), *others)
+
+    soft = {'springs.structural': 4.0, 'springs.shear': 2.0, 'springs.bending': 0.4, 'drag': 2.0}
+    scene = Scene().with_parameters({'sheet.rows': 10, 'sheet.columns': 10, **soft})
+    assert account(scene, 30).budget().closure < 0.001
+    monkeypatch.setattr(cloth_module, 'Dynamics', faulty)
+    assert account(scene, 30).budget().closure > 0.01

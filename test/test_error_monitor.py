@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import numpy as np
@@ -6,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model import error_monitor
 from cloth_ros.model.error_monitor import ErrorMonitor
 from cloth_ros.model.methods import METHODS
 from cloth_ros.tradeoff.live_error import compare
@@ -85,17 +87,54 @@ def test_nothing_is_done_without_time_and_the_cloth_is_left_alone():
     assert np.array_equal(cloth.positions, alone.positions)
 
 
-def test_a_restart_forgets_the_sample_and_follows_the_new_scene():
+def test_a_restart_forgets_what_was_and_follows_the_new_scene():
     cloth = Cloth(scene())
     monitor = ErrorMonitor(cloth)
-    monitor.observe(TICK)
-    cloth.advance(TICK)
+    for _ in range(12):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        monitor.work(math.inf)
+    assert monitor.estimate is not None
     cloth.configure(scene(**{'springs.structural': 5000.0, 'springs.bending': 0.0}))
     cloth.reset()
     monitor.restart()
+    assert monitor.estimate is None
     for _ in range(12):
         monitor.observe(TICK)
         cloth.advance(TICK)
         monitor.work(math.inf)
     assert monitor.estimate is not None
     assert monitor.estimate.largest < 1e-3
+
+
+def test_ticks_that_were_not_observed_are_not_taken_for_an_error():
+    """Nobody listens for a while, and the node spares itself the estimate."""
+    cloth = Cloth(scene(**{'solver.precision': 'double', 'solver.substeps': 200}))
+    monitor = ErrorMonitor(cloth)
+    for number in range(60):
+        if not 20 <= number < 25:
+            monitor.observe(TICK)
+        cloth.advance(TICK)
+        monitor.work(math.inf)
+        if monitor.estimate is not None:
+            assert monitor.estimate.largest < 1e-5
+    assert monitor.estimate is not None
+    assert monitor.estimate.time > 30 * TICK
+
+
+def test_no_more_time_is_spent_than_was_given(monkeypatch):
+    """But for the last substep, which is never divided; by a clock that ticks when it is read."""
+    clock = itertools.count(step=1e-4)
+    monkeypatch.setattr(error_monitor.time, 'perf_counter', lambda: next(clock))
+    cloth = Cloth(scene())
+    monitor = ErrorMonitor(cloth)
+    given, calls = 0.05 * TICK, 300
+    spent = 0.0
+    for _ in range(calls):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        start = next(clock)
+        monitor.work(given)
+        spent += next(clock) - start - 2e-4  # the two readings around it
+    assert 0.9 * calls * given < spent < calls * given + 5e-4
+    assert monitor.estimate is not None

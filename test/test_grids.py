@@ -60,3 +60,11 @@ def test_a_grid_is_sampled_where_the_coarser_particles_are():
         for rows, columns in ((13, 17), (5, 9))
     )
     np.testing.assert_allclose(sampled(fine[None], 5, 9)[0], coarse, atol=1e-6)
+
+
+def test_a_strip_is_refined_along_its_length():
+    strip = Scene(sheet={'rows': 1, 'columns': 9}, pins=['0,0'], springs={'bending': 2.0})
+    finer = on_grid(strip, 2.0)
+    assert (finer.sheet.rows, finer.sheet.columns) == (1, 17)
+    assert finer.springs.bending == pytest.approx(8.0)
+    assert on_grid(Scene(sheet={'rows': 1, 'columns': 1}), 2.0) is None

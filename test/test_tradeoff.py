@@ -1,5 +1,6 @@
 """The command cloth_tradeoff, on sheets that take seconds."""
 
+import copy
 import json
 import signal
 import subprocess
@@ -13,10 +14,13 @@ import numpy as np
 import pytest
 
 from cloth_ros import Scene
-from cloth_ros.tradeoff import verdict
+from cloth_ros.tradeoff import plot, report, store, verdict
 from cloth_ros.tradeoff.main import main
 from cloth_ros.tradeoff.reference import horizon, reference_setting, time_together
+from cloth_ros.tradeoff.schedule import Options, Schedule
 from cloth_ros.tradeoff.settings import FixedStepCloth, least_substeps, make_cloth, plan
+from cloth_ros.tradeoff.store import Store
+from cloth_ros.tradeoff.study import Study
 from cloth_ros.tradeoff.trial import Course, simulate
 
 SCENE = """
@@ -62,7 +66,8 @@ def test_the_reference_is_ten_times_better_than_the_smallest_error(study):
     _, result = study
     reference = result['reference']
     assert reference['horizon'] == pytest.approx(0.4)
-    errors = [entry['error']['largest'] for entry in result['settings'] if entry['error']]
+    entries = [*result['settings'], *result['rates']]
+    errors = [entry['error']['largest'] for entry in entries if entry['error']]
     assert reference['smallest error'] <= min(errors)
     assert reference['agreement'] <= 0.1 * min(errors)
 
@@ -72,7 +77,9 @@ def test_errors_fall_with_the_order_of_the_method(study):
     errors = {
         (entry['setting']['method'], entry['setting']['substeps']): entry['error']['largest']
         for entry in result['settings']
-        if entry['error'] and entry['setting']['precision'] == 'double'
+        if entry['error']
+        and entry['setting']['precision'] == 'double'
+        and entry['setting']['substeps']
     }
     scene = Scene(**{'sheet': {'rows': 12, 'columns': 12}})
     for method, ratio in (('position_verlet', 4.0), ('symplectic_euler', 2.0)):
@@ -97,6 +104,90 @@ def test_settings_that_blow_up_are_shown_and_not_recommended(study, tmp_path):
         solver = Scene.from_yaml(scene).solver
         assert solver.substeps == 0
         assert solver.tolerance == entry['setting']['tolerance']
+
+
+def test_of_tolerances_with_the_same_substeps_the_least_is_recommended(study):
+    _, result = study
+    chosen = verdict.usable(result)
+    assert chosen
+    for entry in verdict.candidates(result):
+        if entry['setting']['substeps'] == 0:
+            alike = [
+                each
+                for each in chosen
+                if each['setting']['precision'] == entry['setting']['precision']
+                and each['substeps per tick'] == pytest.approx(entry['substeps per tick'])
+            ]
+            assert alike
+            assert alike[0]['setting']['tolerance'] <= entry['setting']['tolerance']
+
+
+def test_where_no_error_is_known_that_is_said_and_shown(study, tmp_path):
+    _, result = study
+    unknown = copy.deepcopy(result)
+    unknown['reference'].update({'horizon': 0.0, 'apart': [{'distance': 1e-3, 'time': 0.1}]})
+    for entry in (*unknown['settings'], *unknown['rates']):
+        entry['error'] = None
+    plot.draw(unknown, tmp_path)
+    assert matplotlib.image.imread(tmp_path / 'work_precision.png').std() > 0.01
+    page = report.page(unknown)
+    assert 'No error is known' in page
+    assert 'differs from the start' in page
+    assert 'no setting takes less' not in page
+
+
+def test_the_time_left_is_that_of_all_parts(study, scene_path):
+    """A finished study is run through again, which takes no time and reports all of it."""
+    folder, result = study
+    scene, kept = Scene.from_yaml(scene_path), Store(folder / 'parts')
+    told: list[float] = []
+    study_again = Study(
+        'small',
+        scene,
+        Schedule(scene, Options(quick=True, seconds=0.4, arrival=0.3), kept),
+        kept,
+        lambda text, seconds: told.append(0.0 if text else seconds),
+    )
+    again = study_again.run()
+    assert sum(told) == pytest.approx(study_again.expected)
+    assert json.loads(json.dumps(again)) == {
+        **result,
+        'settings': again['settings'],  # but for what they were expected to cost
+        'rates': again['rates'],
+    }
+
+
+def test_the_study_begins_just_before_the_first_gust_if_that_comes_soon(tmp_path):
+    def begins(period: float) -> tuple[float, bool, bool]:
+        scene = Scene(
+            sheet={'rows': 4, 'columns': 4}, wind={'gust': {'period': period, 'duration': 0.01}}
+        )
+        schedule = Schedule(scene, Options(quick=True, seconds=0.1), Store(tmp_path))
+        return schedule.begins, schedule.still, schedule.course.start is not None
+
+    assert begins(2.0) == (pytest.approx(1.9), False, True)
+    assert begins(0.05) == (0.0, False, False)
+    assert begins(30.0) == (0.0, True, False)
+
+
+def test_parts_that_are_broken_or_of_other_code_are_measured_again(tmp_path, monkeypatch):
+    kept = Store(tmp_path)
+    key = {'part': 'x'}
+    kept.save(key, {'a': 1}, np.arange(3.0))
+    result, array = kept.load(key)
+    assert result == {'a': 1}
+    assert np.array_equal(array, np.arange(3.0))
+    (record,), (data,) = tmp_path.glob('*.json'), tmp_path.glob('*.npy')
+    whole = record.read_bytes(), data.read_bytes()
+    for text, numbers in ((b'{}', whole[1]), (b'', whole[1]), (whole[0], b''), (b'[]', whole[1])):
+        record.write_bytes(text)
+        data.write_bytes(numbers)
+        assert kept.load(key) is None
+    record.write_bytes(whole[0])
+    data.write_bytes(whole[1])
+    assert kept.load(key) is not None
+    monkeypatch.setattr(store, '_fingerprint', lambda: 'of other code')
+    assert kept.load(key) is None
 
 
 def test_the_frontier_is_what_nothing_beats(study):
@@ -233,7 +324,7 @@ def test_every_setting_begins_alike_and_the_sphere_goes_where_it_is_sent():
     course = Course(0.2, 1 / 30, start, goal=(0.1, 0.0, 1.2), arrival=0.1)
     for setting in plan(scene, quick=True)[1::4]:
         cloth = make_cloth(scene, setting)
-        course.begin(cloth)
+        next(course.ticks(cloth))
         np.testing.assert_allclose(cloth.positions, start.positions, atol=1e-6)
         assert cloth.time == start.time
         simulate(cloth, course)

@@ -63,14 +63,14 @@ class ErrorMonitor:
     """
 
     def __init__(self, cloth: Cloth) -> None:
-        self.estimate: ErrorEstimate | None = None
         self._cloth = cloth
-        self._window = 0.0
         self._credit = 0.0
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew with the scene that the cloth has now."""
+        """Begin anew with the scene that the cloth has now, without an estimate."""
+        self.estimate: ErrorEstimate | None = None
+        self._window = 0.0
         scene = self._cloth.scene.with_parameters({'solver.precision': 'double'})
         self._twin = Cloth(scene, finer=_FINER)
         self._twin.warm_up()
@@ -81,12 +81,19 @@ class ErrorMonitor:
         self._tape: list[tuple[float, bool, tuple[float, ...], list[Array]]] = []
         self._recorded = 0.0
         self._recording = False
+        self._ahead = self._cloth.time
         self._goal: Array | None = None
         self._march: Iterator[object] = iter(())
 
     def observe(self, seconds: float) -> None:
-        """Take note that the cloth is about to advance by `seconds`."""
+        """
+        Take note that the cloth is about to advance by `seconds`.
+
+        A window in which an advance went by without that is given up.
+        """
         cloth = self._cloth
+        if self._recording and cloth.time != self._ahead:
+            self.forget()
         if not self._recording and self._goal is None:
             self._twin.adopt(cloth)
             self.forget()
@@ -99,6 +106,7 @@ class ErrorMonitor:
         if self._recording:
             self._tape.append((seconds, cloth.coarse, cloth.wind, cloth.sphere_waypoints))
             self._recorded += seconds
+            self._ahead = cloth.time + seconds
 
     def work(self, seconds: float) -> None:
         """

@@ -34,7 +34,7 @@ _STEPS = 200  # of the Arnoldi iteration at most
 # Residual at which it ends, as a share of the eigenvalue: no less than the error of that of a
 # symmetric matrix, and so of K and C.
 _RESIDUAL = 1e-3
-_LOOK_EVERY = 10
+_LOOK_EVERY = 20
 _EXHAUSTED = 1e-10
 _HALVINGS = 10  # of an interval of 1 to 1.5: the limit is then right to 0.1 %
 # Springs shorter than this share of their rest length count as no shorter: they are soft anyway,

@@ -5,15 +5,17 @@ Kinetic and elastic energy change by the work of gravity, of air, of drag, of da
 contact, and by nothing else; what does not add up is the error of the integration.
 
 An impulse J in a substep that takes a particle from the velocity v to v' does the work
-J·(v + v')/2, and the works of all impulses are together exactly the change of kinetic energy.
-That of springs and gravity must equal the change of their potentials; the rest damps or drives.
-Contact also moves particles, without velocity, out of the sphere: by how much the way of a
-particle differs from its velocity, so much work contact does against springs and gravity.
+J·(v + v')/2.  The impulses of air, drag and dashpots are computed here from their laws at the
+mean velocity, independently of the kernels, and so is the potential of springs and gravity; an
+error in any of them is left unexplained.  The impulse of contact is what contact has changed, and
+is told apart but not checked.  Contact also moves particles, without velocity, out of the
+sphere: by how much the way of a particle differs from its velocity, so much work contact does
+against springs and gravity.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -22,9 +24,11 @@ from ..model.dynamics import Dynamics
 from ..model.lattice import Array
 from ..model.methods import method_of
 from ..model.state import State
+from .reference import slightest_energy
 
 # Relative difference by which a drift in single precision may miss position plus velocity.
 _ROUNDING = 1e-6
+_DEGENERATE = 1e-300  # m², area below which a triangle has no normal
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Budget:
     gravity, air, drag, dashpots, contact
         Work done on the cloth.
     turnover
-        The largest that any of these has been.
+        The largest that any of these has been, and no less than counts at all.
 
     """
 
@@ -60,7 +64,43 @@ class Budget:
     @property
     def closure(self) -> float:
         """The unexplained as a share of the turnover."""
-        return abs(self.unexplained) / self.turnover if self.turnover > 0 else 0.0
+        return abs(self.unexplained) / self.turnover
+
+    def as_dict(self) -> dict[str, float]:
+        """Return all of it by name."""
+        return {**asdict(self), 'unexplained': self.unexplained, 'closure': self.closure}
+
+
+def air_force(positions: Array, flow: Array, scene: Scene) -> Array:
+    """
+    Return the force of the air on each particle, N, shape (3, rows, columns).
+
+    Parameters
+    ----------
+    positions
+        m, shape (3, rows, columns).
+    flow
+        Velocity of the air relative to each particle, m/s, of the same shape.
+    scene
+        Its air.
+
+    """
+    force = np.zeros_like(positions)
+    near, right, down, far = (
+        np.s_[:, rows, columns]
+        for rows in (np.s_[:-1], np.s_[1:])
+        for columns in (np.s_[:-1], np.s_[1:])
+    )
+    speed = np.linalg.norm(flow, axis=0)
+    density = scene.wind.air_density * scene.wind.drag_coefficient / 2
+    for corners in ((near, right, down), (far, down, right)):
+        a, b, c = (positions[corner] for corner in corners)
+        area = np.cross(b - a, c - a, axis=0) / 2
+        normal = area / np.maximum(np.linalg.norm(area, axis=0), _DEGENERATE)
+        for corner in corners:
+            pressure = density * speed[corner[1:]] * np.sum(flow[corner] * normal, axis=0)
+            force[corner] += pressure / 3 * area
+    return force
 
 
 class _Heard:
@@ -100,7 +140,7 @@ class AccountedCloth(Cloth):
     def open(self) -> None:
         """Begin the account with the present state."""
         self._work = dict.fromkeys(self._work, 0.0)
-        self._turnover = 0.0
+        self._turnover = slightest_energy(self.scene)
         self._opening = self.energy_by_kind()
         self._velocity = self._velocities()
         self._half_way = np.zeros_like(self._velocity)
@@ -120,18 +160,18 @@ class AccountedCloth(Cloth):
     def _impulses(self, after: Array) -> dict[str, Array]:
         """Return what air, drag and dashpots gave to each particle in the last kick, N·s."""
         before, h = self._velocity, self._heard.length
-        mean, mass = 0.5 * (before + after), self.scene.sheet.particle_mass
+        mean, scene = 0.5 * (before + after), self.scene
+        mass = scene.sheet.particle_mass
         potential = self._acceleration()
         self._force = mass * potential
-        rest = mass * (after - before) - h * self._force
-        dashpots = np.zeros_like(rest)
+        dashpots = np.zeros_like(mean)
         if self._forces.damped:
             dashpots = mass * h * (self._acceleration(mean) - potential)
-        # Without air, what is left is drag exactly; with it drag is known to second order.
-        drag = rest - dashpots
-        if self.scene.has_air:
-            drag = -mass * self.scene.drag * h * mean
-        return {'drag': drag, 'dashpots': dashpots, 'air': rest - drag - dashpots}
+        air = np.zeros_like(mean)
+        if scene.has_air:
+            air = h * air_force(self._world(), self._air[:, None, None] - mean, scene)
+            air *= ~scene.pinned()
+        return {'drag': -mass * scene.drag * h * mean, 'dashpots': dashpots, 'air': air}
 
     def _book(self, impulses: dict[str, Array], half_way: Array, corrected: Array) -> None:
         """

@@ -24,16 +24,18 @@ def on_grid(scene: Scene, factor: float) -> Scene | None:
     """
     Return the same cloth with its spacing divided by `factor`.
 
-    None if that grid would have fewer than three particles or too many along a side.
+    A side of one particle stays one.  None if another one would have fewer than three particles,
+    or too many.
     """
     sheet = scene.sheet
-    rows = round((sheet.rows - 1) * factor) + 1
-    columns = round((sheet.columns - 1) * factor) + 1
+    sides = (sheet.rows, sheet.columns)
+    rows, columns = (round((side - 1) * factor) + 1 for side in sides)
     if factor == 1:
         return scene
-    if min(rows, columns) < 3 or max(rows, columns) > _MOST:
+    long = [new for new, side in zip((rows, columns), sides, strict=True) if side > 1]
+    if not long or min(long) < 3 or max(long) > _MOST:
         return None
-    exact = (columns - 1) / (sheet.columns - 1)
+    exact = (max(rows, columns) - 1) / (max(sides) - 1)
     return scene.with_parameters(
         {
             'sheet.rows': rows,

@@ -385,8 +385,3 @@ SYSTEMS = (
         partial(_unresolved, viscous=6.0),
     ),
 )
-
-
-def climb(method: str) -> list[Result]:
-    """Measure every system with a method: some seconds in all."""
-    return [system.measure(method) for system in SYSTEMS]

@@ -12,7 +12,7 @@ from ..model.error_monitor import ErrorMonitor
 from .trial import Course
 
 # By how much the substeps of what is taken for the truth are divided.
-_FINER = 16
+FINER = 16
 
 
 @dataclass(frozen=True)
@@ -39,15 +39,10 @@ def compare(scene: Scene, course: Course) -> list[Comparison]:
     """Run a scene with its own solver parameters, estimating all the time; return every sample."""
     cloth = Cloth(scene)
     monitor = ErrorMonitor(cloth)
-    exact = Cloth(scene.with_parameters({'solver.precision': 'double'}), finer=_FINER)
-    course.begin(cloth)
-    origin = cloth.sphere_position
-    tick = 1 / scene.rate
+    exact = Cloth(scene.with_parameters({'solver.precision': 'double'}), finer=FINER)
     inputs: list[list[list[float]]] = []
     comparisons = []
-    before = cloth.positions
-    for number in range(round(course.seconds * scene.rate)):
-        course.command(cloth, origin, (number + 1) * tick)
+    for tick in course.ticks(cloth):
         if not inputs:
             exact.adopt(cloth)
         inputs.append([point.tolist() for point in cloth.sphere_waypoints])

@@ -25,7 +25,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('scenes', metavar='SCENE', nargs='+', help='scene file (YAML)')
     parser.add_argument(
-        '--quick', action='store_true', help='about a minute a scene instead of ten or more'
+        '--quick', action='store_true', help='about a minute a scene instead of six or more'
     )
     parser.add_argument(
         '--out', metavar='DIR', default='tradeoff', help='where results go (default: tradeoff)'
@@ -123,18 +123,20 @@ def _study(name: str, scene: Scene, arguments: argparse.Namespace, folder: Path)
     if arguments.fresh:
         shutil.rmtree(parts, ignore_errors=True)
     goal = None
-    if arguments.sphere is not None:
+    if arguments.sphere is not None and scene.sphere.radius > 0:
         x, y, z = arguments.sphere
         goal = (x, y, z)
+    elif arguments.sphere is not None:
+        print(f'{name}: has no sphere to send anywhere; --sphere is left out', file=sys.stderr)
     options = Options(arguments.quick, arguments.seconds, goal, arguments.over)
     bar = _Bar(name)
     start = time.perf_counter()
     try:
-        bar('compiling', 0.0)
+        bar('compiling, and up to the first gust', 0.0)
         store = Store(parts)
-        schedule = Schedule(scene, options, store)
-        bar.expect(schedule.expected)
-        result = Study(name, scene, schedule, store, bar).run()
+        study = Study(name, scene, Schedule(scene, options, store), store, bar)
+        bar.expect(study.expected)
+        result = study.run()
     finally:
         bar.close()
     (folder / 'result.json').write_text(json.dumps(result, indent=1) + '\n')
@@ -155,7 +157,10 @@ def main(args: Sequence[str] | None = None) -> int:
             checked_vector('--sphere', arguments.sphere, 'sphere.position')
         for name, scene in _scenes(arguments.scenes).items():
             folder = Path(arguments.out) / name
-            folder.mkdir(parents=True, exist_ok=True)
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise ValueError(f'--out {arguments.out}: {error.strerror}') from None
             _study(name, scene, arguments, folder)
     except KeyboardInterrupt:
         print('\ncloth_tradeoff: stopped; the same command goes on from here', file=sys.stderr)

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from matplotlib.ticker import LogLocator, NullLocator
 
 from . import verdict
 
 _COLOURS = {'position_verlet': '#1b6ca8', 'symplectic_euler': '#c8553d', 'auto': '#3a7d44'}
 _OTHER = '#6b4e71'
-_NAMES = {'auto': "the solver's own choice"}
+_NAMES = {'auto': "the solver's own choice, for a tolerance in mm"}
 
 
 def draw(result: dict[str, Any], folder: Path) -> None:
@@ -22,7 +23,23 @@ def draw(result: dict[str, Any], folder: Path) -> None:
     figure = Figure(figsize=(8.4, 6.2), layout='constrained')
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    known = [entry for entry in result['settings'] if entry['error'] is not None]
+    known = [
+        entry
+        for entry in result['settings']
+        if entry['error'] is not None and verdict.error(entry) > 0
+    ]
+    if known:
+        _draw_known(axes, known, result)
+    else:
+        axes.text(0.5, 0.5, 'no error is known: the reference does not converge', ha='center')
+        axes.set_axis_off()
+    for name in ('png', 'svg'):
+        with matplotlib.rc_context({'svg.hashsalt': 'cloth_ros'}):
+            metadata = {'Date': None} if name == 'svg' else None
+            figure.savefig(folder / f'work_precision.{name}', dpi=110, metadata=metadata)
+
+
+def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) -> None:
     for entry in known:
         setting = entry['setting']
         colour = _COLOURS.get(setting['method'], _OTHER)
@@ -53,12 +70,33 @@ def draw(result: dict[str, Any], folder: Path) -> None:
     )
     axes.set_xscale('log')
     axes.set_yscale('log')
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter('{x:g}')
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter('{x:g}')
+    _mark_tolerances(axes, known)
     _mark_unstable(axes, result)
     _explain(axes, result)
-    for name in ('png', 'svg'):
-        with matplotlib.rc_context({'svg.hashsalt': 'cloth_ros'}):
-            metadata = {'Date': None} if name == 'svg' else None
-            figure.savefig(folder / f'work_precision.{name}', dpi=110, metadata=metadata)
+
+
+def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
+    """Write at every star for which tolerances, in mm, it stands."""
+    stars: dict[tuple[str, float], list[dict[str, Any]]] = {}
+    for entry in known:
+        if entry['setting']['method'] == 'auto' and not entry['setting']['substeps']:
+            key = (entry['setting']['precision'], verdict.error(entry))
+            stars.setdefault(key, []).append(entry)
+    for (_, error), entries in stars.items():
+        tolerances = sorted({1e3 * entry['setting']['tolerance'] for entry in entries})
+        axes.annotate(
+            ', '.join(f'{tolerance:g}' for tolerance in tolerances),
+            (max(verdict.cost(entry) for entry in entries), 1e3 * error),
+            xytext=(6, 6),
+            textcoords='offset points',
+            color=_COLOURS['auto'],
+            fontsize=8,
+            zorder=4,
+        )
 
 
 def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
@@ -67,37 +105,33 @@ def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
     if not unstable:
         return
     low, high = axes.get_ylim()
-    level = high * (high / low) ** 0.08
+    levels = {
+        method: high * (high / low) ** (0.06 + 0.05 * n)
+        for n, method in enumerate(dict.fromkeys(each['setting']['method'] for each in unstable))
+    }
     for entry in unstable:
-        colour = _COLOURS.get(entry['setting']['method'], _OTHER)
-        axes.plot(entry['nominal cost'], level, 'x', color=colour, markersize=9, mew=2.5)
+        method = entry['setting']['method']
+        colour, level = _COLOURS.get(method, _OTHER), levels[method]
+        axes.plot(entry['nominal cost'], level, 'x', color=colour, markersize=8, mew=2.2)
     axes.axhline(high, color='#bbbbbb', linewidth=0.8, linestyle=':')
-    axes.annotate(
-        'blew up',
-        (0.995, level),
-        xycoords=('axes fraction', 'data'),
-        ha='right',
-        va='center',
-        color='#666666',
-        fontsize=9,
-    )
-    axes.set_ylim(low, level * (high / low) ** 0.06)
+    axes.set_ylim(low, max(levels.values()) * (high / low) ** 0.05)
 
 
 def _explain(axes: Any, result: dict[str, Any]) -> None:
     sheet = result['parameters']
     reference, course = result['reference'], result['course']
-    axes.axvline(1.0, color='#444444', linewidth=1, linestyle='--')
-    axes.annotate(
-        'real time',
-        (1.0, 0.01),
-        xycoords=('data', 'axes fraction'),
-        rotation=90,
-        ha='right',
-        va='bottom',
-        fontsize=9,
-        color='#444444',
-    )
+    for share, text in ((1.0, 'real time'), (verdict.SHARE, f'{verdict.SHARE:g} of it')):
+        axes.axvline(share, color='#444444', linewidth=share, linestyle='--')
+        axes.annotate(
+            text,
+            (share, 0.01),
+            xycoords=('data', 'axes fraction'),
+            rotation=90,
+            ha='right',
+            va='bottom',
+            fontsize=9,
+            color='#444444',
+        )
     low, high = axes.get_ylim()
     if low < 1e3 * verdict.ACCURACY < high:
         axes.axhline(1e3 * verdict.ACCURACY, color='#444444', linewidth=1, linestyle='--')
@@ -120,6 +154,8 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
         )
     axes.plot([], [], 'o', color='#444444', markersize=7, label='single precision')
     axes.plot([], [], 'o', color='#444444', markerfacecolor='white', markersize=7, label='double')
+    if any(entry['unstable'] for entry in result['settings']):
+        axes.plot([], [], 'x', color='#444444', markersize=8, mew=2.2, label='blew up')
     axes.set_xlabel('cost: wall-clock seconds per simulated second (median and range)')
     axes.set_ylabel('largest position error [mm]')
     begins = f' from {course["begins at"]:g} s on' if course['begins at'] else ''

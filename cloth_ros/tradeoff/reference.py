@@ -17,6 +17,7 @@ import numpy as np
 from ..model import Scene
 from ..model.lattice import Array
 from ..model.methods import METHODS
+from ..model.springs import ends, families
 from .settings import Setting, least_substeps
 from .trial import Run
 
@@ -24,6 +25,8 @@ from .trial import Run
 _BETTER = 10.0
 # Agreement, m, that is good enough whatever the errors: that of rounding.
 _NEGLIGIBLE = 1e-9
+# Strain below which a spring has no energy to speak of.
+_SLIGHT = 1e-3
 # Distance, as a share of the sheet's diagonal, from which on two runs are no longer together.
 _APART = 0.01
 
@@ -63,13 +66,22 @@ def time_together(largest: Array, times: Array, diagonal: float) -> float:
     return float(times[len(largest) - 1]) if len(largest) else 0.0
 
 
-def wildest(reference: Run) -> float:
+def slightest_energy(scene: Scene) -> float:
+    """Return the energy of a strain of 0.1 % in every spring, J: less counts as none."""
+    grid = np.empty((scene.sheet.rows, scene.sheet.columns))
+    return sum(
+        0.5 * family.stiffness * (_SLIGHT * family.rest_length) ** 2 * ends(family, grid)[0].size
+        for family in families(scene)
+    )
+
+
+def wildest(reference: Run, scene: Scene) -> float:
     """
     Return the kinetic and elastic energy, J, that is taken for that of a run that has blown up.
 
     It is ten times what the reference had at its wildest.
     """
-    return 10 * max(reference.motion)
+    return 10 * max(*reference.motion, slightest_energy(scene))
 
 
 @dataclass(frozen=True)
@@ -114,7 +126,7 @@ def horizon(between_levels: Array, errors: list[Array]) -> Horizon:
 
 
 def judge(
-    entry: dict[str, Any], reference: Run, limit: Horizon, times: Array, diagonal: float
+    entry: dict[str, Any], reference: Run, limit: Horizon, times: Array, scene: Scene
 ) -> dict[str, Any]:
     """
     Return the record of a setting with its errors within the horizon for its samples.
@@ -128,11 +140,11 @@ def judge(
         What it is compared with, and for how long.
     times
         Of the samples, s, shape (samples,).
-    diagonal
-        Of the sheet, m.
+    scene
+        Its sheet gives the measure of lengths.
 
     """
-    entry = dict(entry)
+    entry, diagonal = dict(entry), scene.sheet.diagonal
     largest, square = np.array(entry.pop('largest')), np.array(entry.pop('square'))
     energy, strain = np.array(entry.pop('energy')), np.array(entry.pop('strain'))
     n = limit.samples
@@ -140,7 +152,7 @@ def judge(
     entry['error'] = None
     if entry['unstable'] or n == 0:
         return entry
-    turnover = max(reference.motion[:n])
+    turnover = max(*reference.motion[:n], slightest_energy(scene))
     drift = np.abs(energy[:n] - np.array(reference.energy[:n])).max()
     entry['error'] = {
         'largest': float(largest[:n].max()),
@@ -148,6 +160,6 @@ def judge(
         'largest of the sheet': float(largest[:n].max()) / diagonal,
         'rms of the sheet': float(np.sqrt(square[:n].mean())) / diagonal,
         'strain': float(np.abs(strain[:n] - np.array(reference.strain[:n])).max()),
-        'energy': float(drift) / turnover if turnover > 0 else 0.0,
+        'energy': float(drift) / turnover,
     }
     return entry

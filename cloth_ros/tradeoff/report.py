@@ -30,45 +30,50 @@ def percent(share: float) -> str:
     return f'{100 * share:.{3 if share >= 1 else 2}g} %'
 
 
+def _take(entry: dict[str, Any], within: str) -> str:
+    """Return what to write, how wrong it is and what it costs."""
+    return (
+        f'`{verdict.parameters(entry)}`, error {length(verdict.error(entry))} {within}, '
+        f'{percent(verdict.cost(entry))} of real time.'
+    )
+
+
 def recommendation(result: Result) -> str:
     """Return what to take, in a few sentences with the parameters to write."""
-    lines = []
     horizon, known = result['reference']['horizon'], verdict.usable(result)
+    if not known:
+        stable = [entry for entry in result['settings'] if not entry['unstable']]
+        cheapest = min(verdict.cost(entry) for entry in stable)
+        return (
+            '* No error is known, for the reference does not converge (see above). Stable '
+            f'settings take {percent(cheapest)} of real time and more; stay with the defaults.'
+        )
     within = f'in the {horizon:.2g} s that errors are known for'
-    rate = result['parameters']['rate']
-    best = verdict.for_real_time(result)
-    if best is None:
-        lines.append(
-            f'* **{rate:g} Hz on this machine**: no setting takes less than '
-            f'{verdict.SHARE:g} of real time with this scene. Take a coarser grid (see below), '
-            'softer springs, or leave `solver.overload` to slow time down.'
-        )
-    else:
-        lines.append(
-            f'* **{rate:g} Hz on this machine**: `{verdict.parameters(best)}`, error '
-            f'{length(verdict.error(best))} {within}, '
-            f'{percent(verdict.cost(best))} of real time.'
-        )
-    cheap = verdict.for_accuracy(result)
+    name = f'{result["parameters"]["rate"]:g} Hz on this machine'
+    best, cheap = verdict.for_real_time(result), verdict.for_accuracy(result)
+    lines = [
+        f'* **{name}**: ' + _take(best, within)
+        if best
+        else f'* **{name}**: no setting takes less than {percent(verdict.SHARE)} of real time '
+        'with this scene. Take a coarser grid (see below), softer springs, or leave '
+        '`solver.overload` to slow time down.'
+    ]
     wanted = length(verdict.ACCURACY)
-    if cheap is None:
-        nearest = min(known, key=verdict.error, default=None)
-        rest = f' The most accurate is off by {length(verdict.error(nearest))}.' if nearest else ''
-        lines.append(f'* **{wanted}**: no setting that was tried is as accurate.{rest}')
+    if cheap:
+        lines.append(f'* **{wanted}**: ' + _take(cheap, within))
     else:
+        nearest = min(verdict.error(entry) for entry in known)
         lines.append(
-            f'* **{wanted}**: `{verdict.parameters(cheap)}`, error '
-            f'{length(verdict.error(cheap))} in that time, '
-            f'{percent(verdict.cost(cheap))} of real time.'
+            f'* **{wanted}**: no tolerance that was tried is as accurate; the best is off by '
+            f'{length(nearest)}.'
         )
-    if known and horizon < result['course']['seconds'] * (1 - 1e-9):
-        together = sorted(entry['together'] for entry in verdict.candidates(result))
-        cheapest = min(known, key=verdict.cost)
+    if horizon < result['course']['seconds'] * (1 - 1e-9):
+        together = [entry['together'] for entry in verdict.candidates(result)]
         lines.append(
-            f'* **After {horizon:.2g} s** this scene is chaotic, and accuracy is not to be had: '
-            f'all settings part from the reference after {together[0]:.2g} to '
-            f'{together[-1]:.2g} s. Nothing is then gained over the cheapest, '
-            f'`{verdict.parameters(cheapest)}`, {percent(verdict.cost(cheapest))} of real time.'
+            f'* **After {horizon:.2g} s** no accuracy is known, and these lines say nothing: '
+            f'settings stay with the reference, to 1 % of the sheet, for {min(together):.2g} to '
+            f'{max(together):.2g} of {result["course"]["seconds"]:.2g} s. The defaults serve as '
+            'well as any.'
         )
     return '\n'.join(lines)
 
@@ -81,6 +86,8 @@ def _course(result: Result) -> str:
     if course['sphere sent to']:
         x, y, z = course['sphere sent to']
         parts.append(f'the sphere being sent to ({x:g}, {y:g}, {z:g}) m in {course["over"]:g} s')
+    if course['before the gusts']:
+        parts.append('all of it before the first gust')
     coarse, fine = reference['substeps']
     text = ', '.join(parts) + '. '
     text += (
@@ -95,8 +102,8 @@ def _course(result: Result) -> str:
         text += (
             f'with {coarse} it stays together for {reference["horizon"]:.3g} s to within '
             f'{length(reference["agreement"])}, a tenth of the smallest error below or less. '
-            'After that the cloth is chaotic, and errors are not reported: no step, however '
-            'short, makes it repeatable.'
+            'After that the two part faster than errors could be told from it, as they do in an '
+            'impact and in chaos, and errors are not reported.'
         )
     else:
         text += f'with {coarse} it differs from the start: no errors can be reported.'
@@ -108,30 +115,42 @@ def _course(result: Result) -> str:
     return text
 
 
+def _cost(entry: dict[str, Any]) -> str:
+    """Return the median of the cost of all runs, and their range."""
+    wall = entry['wall']
+    return f'{wall["median"]:.3g} ({wall["least"]:.3g} to {wall["greatest"]:.3g})'
+
+
+def _together(entry: dict[str, Any], result: Result) -> str:
+    if entry['together'] >= result['course']['seconds'] * (1 - 1e-9):
+        return 'all of it'
+    return f'{entry["together"]:.3g} s'
+
+
 def _settings(result: Result) -> str:
     best = verdict.frontier(verdict.candidates(result))
     rows = []
-    for entry in sorted(result['settings'], key=verdict.cost):
-        wall, found = entry['wall'], entry['error']
-        spread = f'{wall["least"]:.3g} to {wall["greatest"]:.3g}'
+    order = sorted(result['settings'], key=lambda entry: (entry['unstable'], verdict.cost(entry)))
+    for entry in order:
+        found = entry['error']
         row = [
             ('**' + entry['label'] + '**') if entry in best else entry['label'],
             f'{entry["substeps per tick"]:.4g}',
-            f'{wall["median"]:.3g}' + (f' ({spread})' if wall['runs'] > 1 else ''),
+            _cost(entry),
             f'{entry["particle steps"]:.3g}',
         ]
         if entry['unstable']:
             row[2:] = ['', '']
             row += ['**blew up**', '', '', '', '']
         elif found is None:
-            row += ['', '', '', '', f'{entry["together"]:.3g} s']
+            row += ['', '', '', '', _together(entry, result)]
         else:
             row += [
                 f'{length(found["largest"])} ({percent(found["largest of the sheet"])})',
                 f'{length(found["rms"])} ({percent(found["rms of the sheet"])})',
                 f'{found["strain"]:.2g}',
                 percent(found['energy']),
-                f'{entry["together"]:.3g} s',
+                _together(entry, result),
             ]
         row[0] += ' †' if entry['refused'] else ''
         rows.append(row)
@@ -139,7 +158,7 @@ def _settings(result: Result) -> str:
         'setting',
         'substeps a tick',
         'cost [s/s]',
-        'particle steps per s',
+        'particle steps per simulated s',
         'largest error',
         'rms error',
         'strain error',
@@ -157,7 +176,7 @@ def _rates(result: Result) -> str:
             (
                 f'{entry["setting"]["rate"]:g} Hz',
                 f'{entry["substeps per tick"]:.4g}',
-                f'{verdict.cost(entry):.3g}',
+                _cost(entry),
                 length(found['largest']) if found else '',
                 length(found['rms']) if found else '',
             )
@@ -174,18 +193,18 @@ def _grids(result: Result) -> str:
             (
                 f'{entry["rows"]} × {entry["columns"]}',
                 f'{entry["bending"]:.4g}',
-                f'{entry["wall"]:.3g}',
+                _cost(entry),
                 f'{entry["particle steps"]:.3g}',
                 'the finest' if last else length(entry['largest']),
                 '' if last else length(entry['rms']),
-                '' if last else f'{entry["together"]:.3g} s',
+                '' if last else _together(entry, result),
             )
         )
     head = (
         'grid',
         'bending [N/m]',
         'cost [s/s]',
-        'particle steps per s',
+        'particle steps per simulated s',
         'largest distance',
         'rms distance',
         'together for',
@@ -254,10 +273,13 @@ def page(result: Result) -> str:
 ## Settings
 
 Bold: on the frontier, nothing is both cheaper and more accurate. †: the node refuses this number
-of substeps, for it is not stable in every state. Errors are those of positions, in brackets
-relative to the sheet's diagonal; the strain error is that of the largest strain; the energy error
-is relative to the greatest kinetic and elastic energy. "Together": until the distance from the
-reference reaches 1 % of the diagonal.
+of substeps, for it is not stable in every state. Costs are wall-clock seconds per simulated
+second, the median of all runs and their range; "particle steps" are the same without the noise of
+a machine. Errors are the greatest within the time that they are known for: those of positions, in
+brackets relative to the sheet's diagonal; the strain error is that of the largest strain; the
+energy error is that of kinetic, elastic and gravitational energy together, relative to the
+greatest that the first two have been. "Together": until the distance from the reference reaches
+1 % of the diagonal.
 
 {_settings(result)}
 
@@ -269,28 +291,29 @@ reference reaches 1 % of the diagonal.
 
 The same cloth with fewer or more particles: the stiffness of the bending springs is scaled with
 one over the spacing squared, structural and shear stiffness stay. The distance is that from the
-finest grid, at the particles of the coarser one.
+finest grid that was tried, at the particles of the coarser one, within the same time as errors
+above. All at the scene's own tolerance.
 
 {_grids(result)}
 
 ## Where the methods break
 
 Longest stable step, predicted from the stiffness of the state and measured by bisection, and the
-longest step that the solver takes in any state.
+longest step that the solver takes in any state. Without dashpots the methods are alike in this.
 
 {_breaking(result)}
 
 ## Energy
 
-Work done on the cloth at the default setting, and the kinetic and elastic energy gained; the
+Work done on the cloth, and the kinetic and elastic energy gained; the
 unexplained in brackets relative to the largest of these.
 
 {_budget(result)}
 
 ## The live error estimate
 
-What the node publishes as its error, at the default setting, beside the error against a solution
-with 16 times the substeps from the same start.
+What the node publishes as its error beside the error against a solution with 16 times the
+substeps. Each window begins anew, without the error that the cloth has by then.
 
 {_live(result)}
 

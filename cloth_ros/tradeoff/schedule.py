@@ -11,11 +11,15 @@ from .machine import describe
 from .reference import reference_setting
 from .settings import Setting, make_cloth, plan, rates
 from .store import Store
-from .trial import Course, simulate
+from .trial import Course, simulate, start_of
 
-# Simulated time, s, and wall-clock time, s, that a study of one scene aims at.
+# Simulated time, s, and wall-clock time of all first runs, s, that a study of one scene aims at.
 _SECONDS = {True: 1.0, False: 3.0}
-_BUDGET = {True: 30.0, False: 420.0}
+_BUDGET = {True: 30.0, False: 200.0}
+# A run is repeated, for the median of its cost, this often where it takes less than so many
+# seconds, and otherwise twice.
+_REPEATS = {True: 3, False: 5}
+_REPEATED = {True: 1.0, False: 4.0}
 # Substeps of the reference's first level, in multiples of the finest setting's, and how often
 # they are halved at most.
 _MARGIN = 4
@@ -63,6 +67,8 @@ class Schedule:
         What happens in every run.
     begins
         Simulated time at its beginning, s: just before the first gust, where there are gusts.
+    still
+        True if the first gust comes too late to be a part of it.
     unit
         Wall-clock time of a substep, s, in the scene's own precision.
 
@@ -74,22 +80,22 @@ class Schedule:
         self.settings = plan(scene, quick=options.quick)
         self.rates = rates(self.scene, quick=options.quick)
         least = reference_setting(self.scene, 1).substeps
-        most = max(self._substeps(setting) for setting in self.settings)
+        most = max(
+            self._substeps(setting) * setting.rate / scene.rate
+            for setting in (*self.settings, *self.rates)
+        )
         finest = math.ceil(most / least) * least
         doublings = range(_HALVINGS[options.quick] + 1)
         self.levels = (finest, *(_MARGIN * finest * 2**n for n in doublings))
         self._compile()
-        gust = scene.wind.gust
-        self.begins, start = 0.0, None
-        if 0 < gust.period < _LATEST_START:
-            self.begins = max(gust.period - _BEFORE_GUST, 0.0)
-            start = Cloth(self.scene.with_parameters({'solver.precision': 'double'}))
-            start.advance(self.begins)
+        period = scene.wind.gust.period
+        self.still = period >= _LATEST_START
+        self.begins = 0.0 if self.still else max(period - _BEFORE_GUST, 0.0)
+        start = start_of(self.scene.with_parameters({'solver.precision': 'double'}), self.begins)
         # Every rate that is tried has whole ticks in two of the scene's.
-        period = 2 / scene.rate
-        samples = max(round((options.seconds or _SECONDS[self.quick]) / period), 1)
-        goal = options.goal if scene.sphere.radius > 0 else None
-        self.course = Course(samples * period, period, start, goal, options.arrival)
+        two_ticks = 2 / scene.rate
+        samples = max(round((options.seconds or _SECONDS[self.quick]) / two_ticks), 1)
+        self.course = Course(samples * two_ticks, two_ticks, start, options.goal, options.arrival)
         self._price()
         if options.seconds is None:
             self._shorten(store)
@@ -122,16 +128,18 @@ class Schedule:
             'course': course.key,
             'quick': self.quick,
         }
-        record = store.load(key)
-        if record is None:
+        found = store.load(key)
+        if found is None:
             share = min(1.0, max(_BUDGET[self.quick] / max(self.expected, 1e-9), 0.1))
-            record = {'samples': max(int(share * course.samples), min(6, course.samples))}
-            store.save(key, record)
-        self.course = replace(course, seconds=record['samples'] * course.period)
+            samples = max(int(share * course.samples), min(6, course.samples))
+            store.save(key, samples)
+        else:
+            samples = found[0]
+        self.course = replace(course, seconds=samples * course.period)
 
     @property
     def expected(self) -> float:
-        """Wall-clock time, s, that all runs are expected to take."""
+        """Wall-clock time, s, that the first run of everything is expected to take."""
         references = [self.reference(level) for level in self.levels]
         return sum(self.cost(setting) for setting in (*self.settings, *references, *self.rates))
 
@@ -143,6 +151,10 @@ class Schedule:
         """Return the wall-clock time, s, that a run is expected to take."""
         price = self.unit * (self._ratio if setting.precision == 'double' else 1.0)
         return self._substeps(setting) * setting.rate * self.course.seconds * price
+
+    def runs(self, expected: float) -> int:
+        """Return how often a run that takes so many seconds is made."""
+        return _REPEATS[self.quick] if expected < _REPEATED[self.quick] else 2
 
     def _substeps(self, setting: Setting) -> int:
         """Return the number of substeps a tick, in calm motion."""

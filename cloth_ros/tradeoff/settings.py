@@ -15,7 +15,6 @@ from ..model.stability import SAFETY
 _FACTORS = (0.6, 0.8, 1.0, 1.4, 2.0, 2.8, 4.0)
 _FACTORS_QUICK = (0.7, 1.0, 2.0)
 _TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
-_TOLERANCES_QUICK = (1e-2, 1e-3, 1e-4)
 
 
 @dataclass(frozen=True)
@@ -117,7 +116,7 @@ def plan(scene: Scene, *, quick: bool) -> list[Setting]:
             for factor in _FACTORS_QUICK if quick else _FACTORS:
                 substeps = max(round(factor * least), 1)
                 settings.append(Setting(method, precision, substeps, 1e-3, scene.rate))
-        for tolerance in _TOLERANCES_QUICK if quick else _TOLERANCES:
+        for tolerance in _TOLERANCES:
             settings.append(Setting('auto', precision, 0, tolerance, scene.rate))
     return list(dict.fromkeys(settings))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -13,13 +14,26 @@ import numpy as np
 
 from ..model.lattice import Array
 
+NO_ARRAY = np.empty(0)
+
+
+@functools.cache
+def _fingerprint() -> str:
+    """Return what changes with the code that results come from."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for folder in ('model', 'tradeoff'):
+        for path in sorted((package / folder).rglob('*.py')):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
 
 class Store:
     """
     Results by what they are results of.
 
-    A result belongs to the scene, the setting, the machine and the versions that it was measured
-    with; what any of them has changed is measured anew.
+    A result belongs to the scene, the setting, the machine, the versions and the code that it was
+    measured with; what any of them has changed is measured anew.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -27,37 +41,26 @@ class Store:
         folder.mkdir(parents=True, exist_ok=True)
 
     def _path(self, key: Mapping[str, Any]) -> Path:
-        text = json.dumps(key, sort_keys=True, default=list)
+        text = json.dumps([_fingerprint(), key], sort_keys=True, default=list)
         return self._folder / hashlib.sha256(text.encode()).hexdigest()[:20]
 
-    def load(self, key: Mapping[str, Any]) -> dict[str, Any] | None:
-        """Return the result for a key, or None if there is none that can be read."""
+    def load(self, key: Mapping[str, Any]) -> tuple[Any, Array] | None:
+        """Return the result for a key and its array, or None if none that is whole is there."""
+        path = self._path(key)
         try:
-            record: dict[str, Any] = json.loads(self._path(key).with_suffix('.json').read_text())
-        except (OSError, ValueError):
-            return None
-        return record
-
-    def save(self, key: Mapping[str, Any], record: Mapping[str, Any]) -> None:
-        """Keep a result; it is there as a whole or not at all."""
-        path = self._path(key).with_suffix('.json')
-        draft = path.with_suffix('.part')
-        draft.write_text(json.dumps(record))
-        os.replace(draft, path)
-
-    def load_array(self, key: Mapping[str, Any]) -> Array | None:
-        """Return the array for a key, or None if there is none that can be read."""
-        try:
-            with self._path(key).with_suffix('.npy').open('rb') as file:
+            result = json.loads(path.with_suffix('.json').read_text())['result']
+            with path.with_suffix('.npy').open('rb') as file:
                 array: Array = np.load(file, allow_pickle=False)
-        except (OSError, ValueError):
+        except (OSError, ValueError, KeyError, TypeError, EOFError):
             return None
-        return array
+        return result, array
 
-    def save_array(self, key: Mapping[str, Any], array: Array) -> None:
-        """Keep an array; it is there as a whole or not at all."""
-        path = self._path(key).with_suffix('.npy')
+    def save(self, key: Mapping[str, Any], result: Any, array: Array = NO_ARRAY) -> None:
+        """Keep what `json` can write, and an array; they are there as a whole or not at all."""
+        path = self._path(key)
         draft = path.with_suffix('.part')
         with draft.open('wb') as file:
             np.save(file, array, allow_pickle=False)
-        os.replace(draft, path)
+        os.replace(draft, path.with_suffix('.npy'))
+        draft.write_text(json.dumps({'result': result}))
+        os.replace(draft, path.with_suffix('.json'))

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
+import itertools
 import statistics
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ..model import Cloth, Scene
+from ..model import Scene
 from ..model.lattice import Array
 from ..model.methods import METHODS, method_of
 from ..model.stability import SAFETY
-from . import live_error
+from . import breaking, live_error
 from .energy_budget import AccountedCloth
 from .grids import on_grid, sampled
 from .machine import describe
@@ -29,19 +30,21 @@ from .reference import (
 )
 from .schedule import Schedule
 from .settings import Setting, least_substeps, make_cloth
-from .store import Store
-from .trial import Course, Run, simulate
+from .store import NO_ARRAY, Store
+from .trial import Run, simulate, start_of
 
-_REPEATS = {True: 3, False: 5}
-# A run is repeated, for the median of its cost, where that takes less than this, s.
-_REPEATED = {True: 0.5, False: 4.0}
 _GRIDS = {True: (0.25, 0.5, 1.0, 2.0), False: (0.25, 0.5, 1.0, 2.0, 4.0)}
 # A finer grid is left out where its run would take longer than this, s.
-_GRID_PATIENCE = {True: 10.0, False: 120.0}
+_GRID_PATIENCE = {True: 10.0, False: 60.0}
 # Distances of two runs, m, whose times are reported.
 _LENGTHS = (1e-4, 1e-3, 1e-2)
+# Wall-clock time, s, of a state of a piece of 24 × 24 in which it is measured where a method
+# breaks, and of keeping the account of a substep.
+_BREAKING = 0.8
+_ACCOUNT = 6e-4
 
 Progress = Callable[[str, float], None]
+Entry = dict[str, Any]
 
 
 class Study:
@@ -72,13 +75,31 @@ class Study:
         self._store, self._progress = store, progress
         self._particles = scene.sheet.rows * scene.sheet.columns
         self._machine = describe()
+        self._grids = self._plan_grids()
+        self._states = list(breaking.states(self._scene))
+        own = self._schedule.settings[0]
+        self._own_cost = schedule.cost(replace(own, substeps=0))
 
-    def run(self) -> dict[str, Any]:
+    @property
+    def expected(self) -> float:
+        """Wall-clock time, s, that the whole is expected to take."""
+        schedule = self._schedule
+        costs = [schedule.cost(setting) for setting in (*schedule.settings, *schedule.rates)]
+        total = sum(schedule.runs(cost) * cost for cost in costs)
+        total += sum(schedule.cost(schedule.reference(level)) for level in schedule.levels)
+        total += sum(schedule.runs(cost) * cost for _, cost in self._grids)
+        total += _BREAKING * len(self._states) * len(METHODS)
+        return total + self._account_cost() + self._live_cost()
+
+    def run(self) -> Entry:
         """Measure everything, and return it as what `json` can write."""
+        schedule = self._schedule
         reference, between = self._reference()
-        settings = [self._measure(setting, reference) for setting in self._schedule.settings]
-        stable = [np.array(entry['largest']) for entry in settings if not entry['unstable']]
+        entries = self._measure([*schedule.settings, *schedule.rates], reference)
+        stable = [np.array(entry['largest']) for entry in entries if not entry['unstable']]
         limit = horizon(between, stable)
+        judged = [judge(e, reference, limit, self._course.times, self._scene) for e in entries]
+        count = len(schedule.settings)
         return {
             'scene': self._name,
             'parameters': self._given.flat(),
@@ -87,7 +108,8 @@ class Study:
             'course': {
                 'seconds': self._course.seconds,
                 'period': self._course.period,
-                'begins at': self._schedule.begins,
+                'begins at': schedule.begins,
+                'before the gusts': schedule.still,
                 'sphere sent to': self._course.goal,
                 'over': self._course.arrival,
             },
@@ -99,40 +121,32 @@ class Study:
                 'horizon': limit.samples * self._course.period,
                 'apart': self._apart(between),
             },
-            'settings': [self._judge(entry, reference, limit) for entry in settings],
-            'rates': [
-                self._judge(
-                    self._measure(setting, reference, f'{setting.rate:g} Hz'), reference, limit
-                )
-                for setting in self._schedule.rates
-            ],
-            'grids': self._grids(),
+            'settings': judged[:count],
+            'rates': judged[count:],
+            'grids': self._compare_grids(limit),
             'breaking': self._breaking(),
             'budget': self._budget(),
             'live error': self._live_error(),
         }
 
-    def _key(self, part: str, **what: Any) -> dict[str, Any]:
-        return {
-            'part': part,
+    def _part(
+        self, text: str, expected: float, make: Callable[[], tuple[Any, Array]], **what: Any
+    ) -> tuple[Any, Array]:
+        """Return the result of a part and its array, measured now unless it was before."""
+        key = {
             'scene': self._scene.flat(),
             'machine': self._machine,
             'course': self._course.key,
             **what,
         }
-
-    def _part(
-        self, text: str, expected: float, make: Callable[[], Any], name: str, **what: Any
-    ) -> Any:
-        """Return the result of a part, measured now unless it was before."""
-        key = self._key(name, **what)
-        record = self._store.load(key)
-        if record is None:
-            self._progress(text, expected)
-            record = {'result': make()}
-            self._store.save(key, record)
+        found = self._store.load(key)
+        if found is None:
+            if text:
+                self._progress(text, expected)
+            found = make()
+            self._store.save(key, *found)
         self._progress('', expected)
-        return record['result']
+        return found
 
     def _reference(self) -> tuple[Run, Array]:
         """Return the reference, and how far its two finest levels are apart at each sample."""
@@ -150,17 +164,19 @@ class Study:
 
     def _reference_run(self, substeps: int) -> Run:
         setting = self._schedule.reference(substeps)
-        expected = self._schedule.cost(setting)
-        key = self._key('reference', setting=setting.as_dict())
-        record, positions = self._store.load(key), self._store.load_array(key)
-        if record is None or positions is None:
-            self._progress(f'reference, {setting.substeps} substeps', expected)
+
+        def make() -> tuple[Entry, Array]:
             run = simulate(make_cloth(self._scene, setting), self._course)
             record = {'energy': run.energy, 'motion': run.motion, 'strain': run.strain}
-            self._store.save_array(key, run.positions)
-            self._store.save(key, record)
-            positions = run.positions
-        self._progress('', expected)
+            return record, run.positions
+
+        record, positions = self._part(
+            f'reference, {setting.substeps} substeps',
+            self._schedule.cost(setting),
+            make,
+            part='reference',
+            setting=setting.as_dict(),
+        )
         return Run(positions, **record)
 
     def _apart(self, between: Array) -> list[dict[str, float]]:
@@ -174,147 +190,175 @@ class Study:
             if (between > distance).any()
         ]
 
-    def _measure(self, setting: Setting, reference: Run, text: str = '') -> dict[str, Any]:
-        return dict(
-            self._part(
-                text or setting.label,
-                self._schedule.cost(setting),
-                lambda: self._run_setting(setting, reference),
-                'setting',
-                setting=setting.as_dict(),
-                levels=list(self._levels),
-                quick=self._quick,
-            )
-        )
+    def _measure(self, settings: list[Setting], reference: Run) -> list[Entry]:
+        """
+        Return the record of each setting, with the cost of all its runs.
 
-    def _run_setting(self, setting: Setting, reference: Run) -> dict[str, Any]:
-        """Run a setting, several times where that is cheap, and compare it with the reference."""
+        The repeats go round all settings, so that a while in which the machine was busy with
+        something else does not fall on one of them alone.
+        """
+        expected = [self._schedule.cost(setting) for setting in settings]
+        runs = [self._schedule.runs(seconds) for seconds in expected]
+        records: list[Entry] = [{} for _ in settings]
+        walls: list[list[float]] = [[] for _ in settings]
+        for n in range(max(runs)):
+            for k, setting in enumerate(settings):
+                if n >= runs[k] or records[k].get('unstable'):
+                    self._progress('', expected[k] if n < runs[k] else 0.0)
+                    continue
+                first = f'{setting.label}, {setting.rate:g} Hz'
+                again = '' if k else f'runs number {n + 1}, for the range of costs'
+                record, _ = self._part(
+                    again if n else first,
+                    expected[k],
+                    partial(self._run_setting, setting, reference),
+                    part='setting',
+                    setting=setting.as_dict(),
+                    levels=list(self._levels),
+                    number=n,
+                )
+                records[k] = records[k] or record
+                walls[k].append(record['wall'])
+        return [
+            {
+                **record,
+                'label': setting.label,
+                'setting': setting.as_dict(),
+                'nominal cost': cost / self._course.seconds,
+                'refused': 0 < setting.substeps < least_substeps(self._scene, setting.method),
+                'wall': _spread(wall),
+            }
+            for setting, record, cost, wall in zip(settings, records, expected, walls, strict=True)
+        ]
+
+    def _run_setting(self, setting: Setting, reference: Run) -> tuple[Entry, Array]:
+        """Run a setting once, and compare it with the reference."""
         cloth = make_cloth(self._scene, setting)
         cloth.warm_up()
-        limit = wildest(reference)
-        runs = [simulate(cloth, self._course, limit)]
-        unstable = len(runs[0].motion) < self._course.samples
-        if not unstable and runs[0].wall < _REPEATED[self._quick]:
-            runs += [simulate(cloth, self._course) for _ in range(_REPEATS[self._quick] - 1)]
-        run = runs[0]
+        run = simulate(cloth, self._course, wildest(reference, self._scene))
         largest, square = distances(run.positions, reference.positions)
-        walls = sorted(each.wall / each.seconds for each in runs)
-        return {
-            'label': setting.label,
-            'setting': setting.as_dict(),
+        record = {
             'substeps per tick': run.substeps / (run.seconds * setting.rate),
-            'nominal cost': self._schedule.cost(setting) / self._course.seconds,
-            'refused': 0 < setting.substeps < least_substeps(self._scene, setting.method),
-            'unstable': unstable,
-            'wall': {
-                'median': statistics.median(walls),
-                'least': walls[0],
-                'greatest': walls[-1],
-                'runs': len(walls),
-            },
+            'unstable': len(run.motion) < self._course.samples,
+            'wall': run.wall / run.seconds,
             'particle steps': run.substeps * self._particles / run.seconds,
             'largest': largest.tolist(),
             'square': square.tolist(),
             'energy': run.energy,
             'strain': run.strain,
         }
+        return record, NO_ARRAY
 
-    def _judge(self, entry: dict[str, Any], reference: Run, limit: Horizon) -> dict[str, Any]:
-        return judge(entry, reference, limit, self._course.times, self._scene.sheet.diagonal)
-
-    def _grids(self) -> list[dict[str, Any]]:
-        """Return cost and distance to the finest grid of the same cloth, for each grid."""
+    def _plan_grids(self) -> list[tuple[Scene, float]]:
+        """Return the same cloth on each grid that is tried, and the expected cost of a run, s."""
+        grids = []
         cost = self._schedule.unit / self._particles
-        entries, positions = [], []
         for factor in _GRIDS[self._quick]:
             scene = on_grid(self._scene, factor)
             if scene is None:
                 continue
-            sheet = scene.sheet
-            cloth_seconds = self._course.seconds + self._schedule.begins
             substeps = least_substeps(scene, method_of('auto').name) * scene.rate
-            expected = substeps * cloth_seconds * cost * sheet.rows * sheet.columns
-            if factor > 1 and expected > _GRID_PATIENCE[self._quick]:
-                break
-            key = self._key('grid', factor=factor, default=self._scene.solver.flat())
-            record, path = self._store.load(key), self._store.load_array(key)
-            if record is None or path is None:
-                self._progress(f'grid of {sheet.rows} × {sheet.columns}', expected)
-                record, path = self._run_grid(scene)
-                self._store.save_array(key, path)
-                self._store.save(key, record)
-            self._progress('', expected)
-            entries.append(record)
-            positions.append(path)
-        times = self._course.times
-        for entry, path in zip(entries, positions, strict=True):
-            finest = sampled(positions[-1], entry['rows'], entry['columns'])
+            particles = scene.sheet.rows * scene.sheet.columns
+            seconds = self._course.seconds + self._schedule.begins
+            expected = substeps * seconds * cost * particles
+            if factor <= 1 or expected < _GRID_PATIENCE[self._quick]:
+                grids.append((scene, expected))
+        return grids
+
+    def _compare_grids(self, limit: Horizon) -> list[Entry]:
+        """Return cost and distance to the finest grid of the same cloth, for each grid."""
+        entries, paths = [], []
+        for scene, expected in self._grids:
+            sheet = scene.sheet
+            walls = []
+            for number in range(self._schedule.runs(expected)):
+                record, path = self._part(
+                    '' if number else f'grid of {sheet.rows} × {sheet.columns}',
+                    expected,
+                    partial(self._run_grid, scene),
+                    part='grid',
+                    grid=[sheet.rows, sheet.columns],
+                    number=number,
+                )
+                walls.append(record['wall'])
+            entries.append({**record, 'wall': _spread(walls)})
+            paths.append(path)
+        n = max(limit.samples, 1)
+        for entry, path in zip(entries, paths, strict=True):
+            finest = sampled(paths[-1], entry['rows'], entry['columns'])
             largest, square = distances(path, finest)
-            entry['largest'] = float(largest.max())
-            entry['rms'] = float(np.sqrt(square.mean()))
-            entry['together'] = time_together(largest, times, self._scene.sheet.diagonal)
+            entry['largest'] = float(largest[:n].max())
+            entry['rms'] = float(np.sqrt(square[:n].mean()))
+            entry['together'] = time_together(
+                largest, self._course.times, self._scene.sheet.diagonal
+            )
         return entries
 
-    def _run_grid(self, scene: Scene) -> tuple[dict[str, Any], Array]:
-        cloth = Cloth(scene)
+    def _run_grid(self, scene: Scene) -> tuple[Entry, Array]:
+        cloth = make_cloth(scene, replace(self._schedule.settings[0], substeps=0))
         cloth.warm_up()
-        course = self._course
-        if self._schedule.begins:
-            cloth.advance(self._schedule.begins)
-            start = Cloth(scene)
-            start.adopt(cloth)
-            course = Course(course.seconds, course.period, start, course.goal, course.arrival)
+        course = replace(self._course, start=start_of(scene, self._schedule.begins))
         run = simulate(cloth, course)
         sheet = scene.sheet
         record = {
             'rows': sheet.rows,
             'columns': sheet.columns,
             'bending': scene.springs.bending,
-            'wall': run.wall / course.seconds,
-            'particle steps': run.substeps * sheet.rows * sheet.columns / course.seconds,
+            'wall': run.wall / run.seconds,
+            'particle steps': run.substeps * sheet.rows * sheet.columns / run.seconds,
         }
         return record, run.positions
 
-    def _breaking(self) -> list[dict[str, Any]]:
-        def measure() -> list[dict[str, Any]]:
-            return [
-                {'method': method, 'taken': SAFETY * row.bound, **asdict(row)}
-                for method in METHODS
-                for row in importlib.import_module('cloth_ros.tradeoff.breaking').compare(
-                    self._scene, method
-                )
-            ]
+    def _breaking(self) -> list[Entry]:
+        def measure(method: str, state: str) -> tuple[Entry, Array]:
+            return asdict(breaking.compare(self._scene, method, state)), NO_ARRAY
 
-        result: list[dict[str, Any]] = self._part(
-            'where the methods break', 4.0, measure, 'breaking'
-        )
-        return result
+        rows = []
+        for method, state in itertools.product(METHODS, self._states):
+            row, _ = self._part(
+                f'where {method} breaks, {state}',
+                _BREAKING,
+                partial(measure, method, state),
+                part='breaking',
+                method=method,
+                state=state,
+            )
+            rows.append({'method': method, 'taken': SAFETY * row['bound'], **row})
+        return rows
 
-    def _budget(self) -> dict[str, Any]:
-        def measure() -> dict[str, Any]:
+    def _account_cost(self) -> float:
+        return self._own_cost * (1 + _ACCOUNT / self._schedule.unit)
+
+    def _budget(self) -> Entry:
+        def measure() -> tuple[Entry, Array]:
             cloth = AccountedCloth(self._scene)
-            self._course.begin(cloth)
-            cloth.open()
-            origin, tick = cloth.sphere_position, 1 / self._scene.rate
-            for number in range(round(self._course.seconds * self._scene.rate)):
-                self._course.command(cloth, origin, (number + 1) * tick)
+            for number, tick in enumerate(self._course.ticks(cloth)):
+                if number == 0:
+                    cloth.open()
                 cloth.advance(tick)
-            budget = cloth.budget()
-            return {
-                **asdict(budget),
-                'unexplained': budget.unexplained,
-                'closure': budget.closure,
-            }
+            return cloth.budget().as_dict(), NO_ARRAY
 
-        result: dict[str, Any] = self._part('the energy budget', 3.0, measure, 'budget')
-        return result
+        record, _ = self._part('the energy budget', self._account_cost(), measure, part='budget')
+        return dict(record)
 
-    def _live_error(self) -> list[dict[str, Any]]:
-        setting = reference_setting(self._scene, 16)
-        result: list[dict[str, Any]] = self._part(
-            'the live error estimate',
-            self._schedule.cost(setting),
-            lambda: [asdict(each) for each in live_error.compare(self._scene, self._course)],
-            'live error',
+    def _live_cost(self) -> float:
+        return self._schedule.cost(reference_setting(self._scene, live_error.FINER + 3))
+
+    def _live_error(self) -> list[Entry]:
+        def measure() -> tuple[list[Entry], Array]:
+            found = live_error.compare(self._scene, self._course)
+            return [asdict(each) for each in found], NO_ARRAY
+
+        record, _ = self._part(
+            'the live error estimate', self._live_cost(), measure, part='live error'
         )
-        return result
+        return list(record)
+
+
+def _spread(walls: list[float]) -> Entry:
+    return {
+        'median': statistics.median(walls),
+        'least': min(walls),
+        'greatest': max(walls),
+        'runs': len(walls),
+    }

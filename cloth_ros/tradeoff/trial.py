@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model import Cloth
+from ..model import Cloth, Scene
 from ..model.lattice import Array
 
 
@@ -51,18 +51,31 @@ class Course:
         begins = self.start.time if self.start is not None else 0.0
         return [self.seconds, self.period, begins, self.goal, self.arrival]
 
-    def begin(self, cloth: Cloth) -> None:
-        """Bring a cloth of the scene into the state at the beginning."""
+    def ticks(self, cloth: Cloth) -> Iterator[float]:
+        """
+        Bring a cloth of the scene to the beginning, then yield tick after tick.
+
+        Yields the length of a tick, s, with the sphere told where to go in it; the cloth is to be
+        advanced by that before the next.
+        """
         cloth.reset()
         if self.start is not None:
             cloth.adopt(self.start)
+        origin, tick = np.array(cloth.sphere_position), 1 / cloth.scene.rate
+        for number in range(1, round(self.seconds / tick) + 1):
+            if self.goal is not None:
+                share = min(number * tick / self.arrival, 1.0)
+                cloth.move_sphere((origin + share * (np.array(self.goal) - origin)).tolist())
+            yield tick
 
-    def command(self, cloth: Cloth, origin: Sequence[float], until: float) -> None:
-        """Send the sphere, which set out from `origin`, to where it is at `until` s."""
-        if self.goal is not None:
-            share = min(until / self.arrival, 1.0)
-            goal = np.array(self.goal)
-            cloth.move_sphere((np.array(origin) + share * (goal - origin)).tolist())
+
+def start_of(scene: Scene, begins: float) -> Cloth | None:
+    """Return a cloth at the time `begins`, s; None for the initial state."""
+    if begins == 0:
+        return None
+    cloth = Cloth(scene)
+    cloth.advance(begins)
+    return cloth
 
 
 @dataclass
@@ -112,28 +125,26 @@ def simulate(cloth: Cloth, course: Course, wildest: float = math.inf) -> Run:
         Kinetic and elastic energy, J, from which on the run is given up: it has blown up.
 
     """
-    course.begin(cloth)
-    origin = cloth.sphere_position
-    ticks = round(course.period * cloth.scene.rate)
+    each = round(course.period * cloth.scene.rate)
     sheet = cloth.scene.sheet
     run = Run(np.empty((course.samples, sheet.rows, sheet.columns, 3)))
-    for sample in range(course.samples):
-        for number in range(ticks):
-            course.command(cloth, origin, (sample + (number + 1) / ticks) * course.period)
-            run.seconds += course.period / ticks
-            before = time.perf_counter()
-            try:
-                cloth.advance(course.period / ticks)
-            except FloatingPointError:
-                run.finite = False
-            run.wall += time.perf_counter() - before
-            run.substeps += cloth.substeps
-            energy = cloth.energy_by_kind()
-            if not run.finite or energy.kinetic + energy.elastic > wildest:
-                run.positions = run.positions[:sample]
-                return run
-        run.positions[sample] = cloth.positions
-        run.energy.append(energy.total)
-        run.motion.append(energy.kinetic + energy.elastic)
-        run.strain.append(cloth.largest_strain())
+    for number, tick in enumerate(course.ticks(cloth)):
+        run.seconds += tick
+        before = time.perf_counter()
+        try:
+            cloth.advance(tick)
+        except FloatingPointError:
+            run.finite = False
+        run.wall += time.perf_counter() - before
+        run.substeps += cloth.substeps
+        energy = cloth.energy_by_kind()
+        sample = number // each
+        if not run.finite or energy.kinetic + energy.elastic > wildest:
+            run.positions = run.positions[:sample]
+            return run
+        if (number + 1) % each == 0:
+            run.positions[sample] = cloth.positions
+            run.energy.append(energy.total)
+            run.motion.append(energy.kinetic + energy.elastic)
+            run.strain.append(cloth.largest_strain())
     return run
