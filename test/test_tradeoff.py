@@ -264,6 +264,10 @@ def test_a_study_that_is_stopped_goes_on_where_it_was(scene_path, tmp_path):
         (['{good}', '--sphere', '0', '0', 'inf'], '--sphere'),
         (['{good}', '{good}'], 'two scenes are called'),
         (['{good}', '--out', '{file}'], 'file'),
+        (['{good}', '--fast'], '--fast'),
+        (['{good}', '--seconds', 'long'], "'long'"),
+        (['{good}', '--sphere', '0', '0'], 'expected 3'),
+        ([], 'SCENE'),
     ],
 )
 def test_nonsense_is_refused_in_one_line(arguments, said, tmp_path, capsys, monkeypatch):
@@ -281,7 +285,11 @@ def test_nonsense_is_refused_in_one_line(arguments, said, tmp_path, capsys, monk
         names[name].write_text(text)
     monkeypatch.chdir(tmp_path)
     filled = [argument.format(**names) for argument in arguments]
-    assert main([*filled, '--quick']) == 2
+    try:
+        code = main([*filled, '--quick'])
+    except SystemExit as end:  # by argparse
+        code = end.code
+    assert code == 2
     error = capsys.readouterr().err
     assert error.count('\n') == 1
     assert said in error

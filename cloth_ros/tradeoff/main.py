@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from ..model import Scene
 from ..model.quantity import checked_vector
@@ -16,8 +17,16 @@ from ..model.quantity import checked_vector
 _LONGEST = 60.0  # s
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser whose complaints take one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and end."""
+        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
+
+
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog='cloth_tradeoff',
         description='Measure what each setting of the solver costs on this machine, and how '
         'wrong it is: a plot, tables, JSON and a recommendation for each scene.',
@@ -25,7 +34,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('scenes', metavar='SCENE', nargs='+', help='scene file (YAML)')
     parser.add_argument(
-        '--quick', action='store_true', help='about a minute a scene instead of six or more'
+        '--quick', action='store_true', help='about a minute a scene instead of some'
     )
     parser.add_argument(
         '--out', metavar='DIR', default='tradeoff', help='where results go (default: tradeoff)'
@@ -34,7 +43,7 @@ def _parser() -> argparse.ArgumentParser:
         '--seconds',
         metavar='S',
         type=float,
-        help='simulated time (default: 1 to 3, as affordable)',
+        help='simulated time (default: 1, or what is affordable)',
     )
     parser.add_argument(
         '--sphere',

@@ -14,7 +14,7 @@ from .store import Store
 from .trial import Course, simulate, start_of
 
 # Simulated time, s, and wall-clock time of all first runs, s, that a study of one scene aims at.
-_SECONDS = {True: 1.0, False: 3.0}
+_SECONDS = 1.0
 _BUDGET = {True: 30.0, False: 200.0}
 # A run is repeated, for the median of its cost, this often where it takes less than so many
 # seconds, and otherwise twice.
@@ -94,7 +94,7 @@ class Schedule:
         start = start_of(self.scene.with_parameters({'solver.precision': 'double'}), self.begins)
         # Every rate that is tried has whole ticks in two of the scene's.
         two_ticks = 2 / scene.rate
-        samples = max(round((options.seconds or _SECONDS[self.quick]) / two_ticks), 1)
+        samples = max(round((options.seconds or _SECONDS) / two_ticks), 1)
         self.course = Course(samples * two_ticks, two_ticks, start, options.goal, options.arrival)
         self._price()
         if options.seconds is None:

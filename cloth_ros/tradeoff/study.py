@@ -31,11 +31,14 @@ from .reference import (
 from .schedule import Schedule
 from .settings import Setting, least_substeps, make_cloth
 from .store import NO_ARRAY, Store
-from .trial import Run, simulate, start_of
+from .trial import Course, Run, simulate, start_of
 
 _GRIDS = {True: (0.25, 0.5, 1.0, 2.0), False: (0.25, 0.5, 1.0, 2.0, 4.0)}
 # A finer grid is left out where its run would take longer than this, s.
 _GRID_PATIENCE = {True: 10.0, False: 60.0}
+# Simulated time, s, for which the live error estimate is watched at least: enough for windows of
+# a second.
+_WATCHED = {True: 0.0, False: 2.5}
 # Distances of two runs, m, whose times are reported.
 _LENGTHS = (1e-4, 1e-3, 1e-2)
 # Wall-clock time, s, of a state of a piece of 24 × 24 in which it is measured where a method
@@ -341,16 +344,24 @@ class Study:
         record, _ = self._part('the energy budget', self._account_cost(), measure, part='budget')
         return dict(record)
 
+    def _live_course(self) -> Course:
+        return replace(self._course, seconds=max(self._course.seconds, _WATCHED[self._quick]))
+
     def _live_cost(self) -> float:
-        return self._schedule.cost(reference_setting(self._scene, live_error.FINER + 3))
+        cost = self._schedule.cost(reference_setting(self._scene, live_error.FINER + 3))
+        return cost * self._live_course().seconds / self._course.seconds
 
     def _live_error(self) -> list[Entry]:
         def measure() -> tuple[list[Entry], Array]:
-            found = live_error.compare(self._scene, self._course)
+            found = live_error.compare(self._scene, self._live_course())
             return [asdict(each) for each in found], NO_ARRAY
 
         record, _ = self._part(
-            'the live error estimate', self._live_cost(), measure, part='live error'
+            'the live error estimate',
+            self._live_cost(),
+            measure,
+            part='live error',
+            seconds=self._live_course().seconds,
         )
         return list(record)
 
