@@ -40,7 +40,7 @@ from .parameters import changed_scene, declare_scene, typed
 _DEPTH = 5
 _WARNING_EVERY = 5.0  # s, between two warnings of one kind
 _JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
-_ESTIMATING = 0.05  # share of a core that the error estimate may take
+_ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
 
