@@ -104,9 +104,11 @@ def test_energy_stays_without_damping(method):
     )
     start = cloth.energy()
     swing = 0.2 * 9.81 * 1.0  # J, what the fall of the sheet by its length turns over
+    # The energy that a symplectic method keeps differs from this one by its order in the step.
+    share = 0.01 if METHODS[method].order == 1 else 0.002
     for _ in range(20):
         cloth.advance(1.0)
-        assert abs(cloth.energy() - start) < 0.003 * swing
+        assert abs(cloth.energy() - start) < share * swing
 
 
 @every_method
