@@ -18,7 +18,9 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A colcon workspace in which the package is built from what git would carry."""
     workspace = tmp_path_factory.mktemp('workspace')
     source = workspace / 'src' / 'cloth_ros'
-    ignored = shutil.ignore_patterns('.*', '__pycache__', '*.egg-info', 'build', 'install', 'log')
+    ignored = shutil.ignore_patterns(
+        '.*', '__pycache__', '*.egg-info', 'build', 'install', 'log', 'parts'
+    )
     shutil.copytree(ROOT, source, ignore=ignored)
     variables = {**os.environ, 'COLCON_LOG_PATH': str(workspace / 'log')}
     # As a shell that has sourced ROS 2: the environment of the wheels is such a prefix.
@@ -75,3 +77,30 @@ def test_the_built_executable_runs(workspace, start, probe):
     probe.spin_until(lambda: len(particles) > 10)
     assert particles[0].width == 32
     assert node.stop() == 0
+
+
+def test_the_built_study_runs(workspace, tmp_path):
+    install = workspace / 'install'
+    scene = tmp_path / 'tiny.yaml'
+    scene.write_text('/**:\n  ros__parameters:\n    sheet: {rows: 4, columns: 4}\n')
+    done = subprocess.run(
+        [
+            'bash',
+            '-c',
+            f'. {install}/setup.bash && '
+            f'{install}/cloth_ros/lib/cloth_ros/cloth_tradeoff {scene} --quick --seconds 0.1',
+        ],
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            'AMENT_PREFIX_PATH': sys.prefix,
+            'PATH': f'{Path(sys.executable).parent}:{os.environ["PATH"]}',
+        },
+        text=True,
+        capture_output=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert '60 Hz on this machine' in done.stdout
+    assert (tmp_path / 'tradeoff' / 'tiny' / 'report.md').exists()
