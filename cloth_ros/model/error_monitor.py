@@ -2,11 +2,11 @@
 The error of a running cloth, measured against its own finer solution.
 
 A twin of the cloth starts from the same state at the same time, and is given the same wind and
-the same path of the sphere, but takes half the substeps in double precision.  It runs in the time
-that is left over, as slowly as that takes.  When it has come to the end of a window of simulated
-time, its distance from where the cloth then was is what the substep and the precision of the
-cloth have added to its error within the window.  For the error of order p that halving the
-substep leaves, the distance is multiplied by 2ᵖ/(2ᵖ − 1) (Richardson).
+the same path of the sphere, but takes substeps half as long, in double precision.  It runs in
+the time that is left over, as slowly as that takes.  When it has come to the end of a window of
+simulated time, its distance from where the cloth then was is what the substep and the precision
+of the cloth have added to its error within the window.  For the error of order p that halving
+the substep leaves, the distance is multiplied by 2ᵖ/(2ᵖ − 1) (Richardson).
 
 This says nothing of errors that the twin shares: those of the model and of the grid.
 """

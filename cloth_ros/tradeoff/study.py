@@ -6,7 +6,7 @@ import itertools
 import statistics
 from collections.abc import Callable
 from dataclasses import asdict, replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -79,6 +79,7 @@ class Study:
         self._particles = scene.sheet.rows * scene.sheet.columns
         self._machine = describe()
         self._grids = self._plan_grids()
+        self._start_of = lru_cache(maxsize=1)(start_of)  # the same for all repeats on a grid
         self._states = list(breaking.states(self._scene))
         own = self._schedule.settings[0]
         self._own_cost = schedule.cost(replace(own, substeps=0))
@@ -273,18 +274,19 @@ class Study:
         entries, paths = [], []
         for scene, expected in self._grids:
             sheet = scene.sheet
-            walls = []
-            for number in range(self._schedule.runs(expected)):
-                record, path = self._part(
+            parts = [
+                self._part(
                     '' if number else f'grid of {sheet.rows} × {sheet.columns}',
                     expected,
-                    partial(self._run_grid, scene),
+                    partial(self._run_grid, scene, number),
                     part='grid',
                     grid=[sheet.rows, sheet.columns],
                     number=number,
                 )
-                walls.append(record['wall'])
-            entries.append({**record, 'wall': _spread(walls)})
+                for number in range(self._schedule.runs(expected))
+            ]
+            record, path = parts[0]
+            entries.append({**record, 'wall': _spread([each['wall'] for each, _ in parts])})
             paths.append(path)
         n = max(limit.samples, 1)
         for entry, path in zip(entries, paths, strict=True):
@@ -297,10 +299,11 @@ class Study:
             )
         return entries
 
-    def _run_grid(self, scene: Scene) -> tuple[Entry, Array]:
+    def _run_grid(self, scene: Scene, number: int) -> tuple[Entry, Array]:
+        """Run the cloth on a grid; repeats are for the cost alone, and go the same way."""
         cloth = make_cloth(scene, replace(self._schedule.settings[0], substeps=0))
         cloth.warm_up()
-        course = replace(self._course, start=start_of(scene, self._schedule.begins))
+        course = replace(self._course, start=self._start_of(scene, self._schedule.begins))
         run = simulate(cloth, course)
         sheet = scene.sheet
         record = {
@@ -310,7 +313,7 @@ class Study:
             'wall': run.wall / run.seconds,
             'particle steps': run.substeps * sheet.rows * sheet.columns / run.seconds,
         }
-        return record, run.positions
+        return record, NO_ARRAY if number else run.positions
 
     def _breaking(self) -> list[Entry]:
         def measure(method: str, state: str) -> tuple[Entry, Array]:

@@ -96,8 +96,6 @@ class Run:
         In the whole run.
     wall, seconds
         Wall-clock time spent in `Cloth.advance`, and simulated time that it was asked for, s.
-    finite
-        False if the run ended in a state that was not finite.
 
     """
 
@@ -108,7 +106,6 @@ class Run:
     substeps: int = 0
     wall: float = 0.0
     seconds: float = 0.0
-    finite: bool = True
 
 
 def simulate(cloth: Cloth, course: Course, wildest: float = math.inf) -> Run:
@@ -130,16 +127,16 @@ def simulate(cloth: Cloth, course: Course, wildest: float = math.inf) -> Run:
     run = Run(np.empty((course.samples, sheet.rows, sheet.columns, 3)))
     for number, tick in enumerate(course.ticks(cloth)):
         run.seconds += tick
-        before = time.perf_counter()
+        before, finite = time.perf_counter(), True
         try:
             cloth.advance(tick)
         except FloatingPointError:
-            run.finite = False
+            finite = False
         run.wall += time.perf_counter() - before
         run.substeps += cloth.substeps
         energy = cloth.energy_by_kind()
         sample = number // each
-        if not run.finite or energy.kinetic + energy.elastic > wildest:
+        if not finite or energy.kinetic + energy.elastic > wildest:
             run.positions = run.positions[:sample]
             return run
         if (number + 1) % each == 0:
