@@ -22,6 +22,12 @@ def stamp(message) -> float:
     return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
 
 
+def regular(stamps: list[float], period: float) -> bool:
+    """Tell if the newest stamps keep a period; on a busy machine that may take a while."""
+    newest = stamps[-30:]
+    return len(newest) == 30 and abs(np.median(np.diff(newest)) - period) < 0.05 * period
+
+
 def numbers(cloud: PointCloud2) -> np.ndarray:
     return np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, 6)
 

@@ -1,5 +1,6 @@
 """The node as a process of its own, on real DDS."""
 
+import itertools
 import math
 import os
 import signal
@@ -11,7 +12,17 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from ros_messages import FLOATING, SPHERE, diagnosis, numbers, pose, set_parameters, stamp, wind
+from ros_messages import (
+    FLOATING,
+    SPHERE,
+    diagnosis,
+    numbers,
+    pose,
+    regular,
+    set_parameters,
+    stamp,
+    wind,
+)
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
@@ -24,25 +35,23 @@ SOON = 3.0
 def test_rates_stamps_frames_and_layout(start_cloth, probe):
     start_cloth('--params-file', 'config/gust.yaml')
     particles = probe.collect(PointCloud2, '/cloth/particles')
-    markers = probe.collect(MarkerArray, '/cloth/markers')
-    probe.spin_until(lambda: particles and markers)
-    particles.clear(), markers.clear()
-    probe.spin_until(lambda: len(particles) >= 121)
-    stamps = np.array([stamp(message) for message in particles])
-    assert np.median(np.diff(stamps)) == pytest.approx(1 / 60, rel=0.02)
-    assert np.diff(stamps).min() > 0
-    assert -0.05 < time.time() - stamps[-1] < 10  # this clock, however far behind we read
-    marked = np.array([stamp(message.markers[0]) for message in markers])
-    assert np.median(np.diff(marked)) == pytest.approx(1 / 30, rel=0.02)
-    cloud = particles[0]
+    probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 60))
+    assert -0.05 < time.time() - stamp(particles[-1]) < 10  # this clock, however busy we are
+    assert np.diff([stamp(message) for message in particles]).min() > 0
+    cloud = particles[-1]
     assert (cloud.height, cloud.width, cloud.point_step) == (36, 36, 24)
     assert cloud.header.frame_id == 'world'
-    assert {marker.ns for marker in markers[0].markers} == {'sheet', 'pins', 'sphere', 'wind'}
     # Velocities are those of the positions, and stamps those of the states.
-    first, last = particles[10], particles[11]
+    first, last = min(
+        itertools.pairwise(particles[-30:]), key=lambda pair: stamp(pair[1]) - stamp(pair[0])
+    )
     moved = numbers(last)[..., :3] - numbers(first)[..., :3]
     mean = (numbers(last)[..., 3:] + numbers(first)[..., 3:]) / 2
     np.testing.assert_allclose(moved, mean * (stamp(last) - stamp(first)), atol=2e-3)
+
+    markers = probe.collect(MarkerArray, '/cloth/markers')
+    probe.spin_until(lambda: regular([stamp(m.markers[0]) for m in markers], 1 / 30))
+    assert {marker.ns for marker in markers[0].markers} == {'sheet', 'pins', 'sphere', 'wind'}
 
 
 def test_wind_from_another_process_is_felt_within_two_ticks(start_cloth, probe):
