@@ -4,7 +4,6 @@ import math
 import sys
 
 import numpy as np
-import pytest
 from rcl_interfaces.msg import Parameter, ParameterType
 from rcl_interfaces.srv import (
     DescribeParameters,
