@@ -64,14 +64,6 @@ def test_forces_that_are_wrong_by_a_hundredth_are_caught(name, fault, method, mo
     assert not BY_NAME[name].measure(method).holds
 
 
-def test_one_method_taken_for_another_is_caught(monkeypatch):
-    first, second = METHODS['symplectic_euler'], METHODS['position_verlet']
-    monkeypatch.setattr(cloth_module, 'method_of', lambda _: first)
-    assert not BY_NAME['free fall'].measure(second.name).holds
-    assert not BY_NAME['oscillator with drag'].measure(second.name).holds
-    assert not BY_NAME['numerical damping'].measure(second.name).holds
-
-
 def test_a_result_that_is_not_finite_does_not_hold():
     for found in (math.nan, math.inf, np.array([1.0, math.nan])):
         result = Result('', '', found, np.ones_like(found), tolerance=1.0)

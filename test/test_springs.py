@@ -6,6 +6,7 @@ from hypothesis.extra.numpy import arrays
 from reference import Equations
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.dynamics import Dynamics
 from cloth_ros.model.springs import families
 
 NOTHING_ELSE = {'drag': 0.0, 'gravity': [0, 0, 0], 'wind.air_density': 0.0, 'pins': ['']}
@@ -14,7 +15,8 @@ NOTHING_ELSE = {'drag': 0.0, 'gravity': [0, 0, 0], 'wind.air_density': 0.0, 'pin
 def acceleration(cloth: Cloth) -> np.ndarray:
     """Of every particle, m/s², as the springs give it; shape (rows, columns, 3)."""
     state = cloth._state
-    cloth._dynamics.accelerate(state)
+    dynamics = Dynamics(cloth.scene, cloth._lattice, np.zeros(3), state.dtype, apart=True)
+    dynamics.accelerate(state)
     return np.moveaxis(cloth._lattice.grid(state.acceleration), 0, -1).astype(float)
 
 

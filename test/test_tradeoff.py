@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from cloth_ros import Scene
+from cloth_ros.model.methods import METHODS
 from cloth_ros.tradeoff import plot, report, store, verdict
 from cloth_ros.tradeoff.main import main
 from cloth_ros.tradeoff.reference import horizon, reference_setting, time_together
@@ -82,10 +83,10 @@ def test_errors_fall_with_the_order_of_the_method(study):
         and entry['setting']['substeps']
     }
     scene = Scene(**{'sheet': {'rows': 12, 'columns': 12}})
-    for method, ratio in (('position_verlet', 4.0), ('symplectic_euler', 2.0)):
-        least = least_substeps(scene, method)
-        found = errors[method, least] / errors[method, 2 * least]
-        assert found == pytest.approx(ratio, rel=0.25)
+    for name, method in METHODS.items():
+        least = least_substeps(scene, name)
+        found = errors[name, least] / errors[name, 2 * least]
+        assert found == pytest.approx(2**method.order, rel=0.25)
 
 
 def test_settings_that_blow_up_are_shown_and_not_recommended(study, tmp_path):

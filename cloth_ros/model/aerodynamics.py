@@ -27,14 +27,11 @@ Each quad of the grid is two triangles, parted by the diagonal from (row, column
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from .compile import inlined, kernel
-from .lattice import GHOST_DISTANCE_SQUARED, Array, Lattice
+from .compile import inlined
+from .lattice import GHOST_DISTANCE_SQUARED
 from .scene import Scene
-from .state import State
 
 _DEGENERATE = 1e-30  # m⁴, squared area below which a triangle has no normal
 # z up to which the step is exact; single precision then keeps I to 0.1 %.
@@ -62,141 +59,89 @@ def _facet(ax, ay, az, bx, by, bz, half, degenerate):  # type: ignore[no-untyped
     return nx / root, ny / root, nz / root
 
 
-@kernel
-def _facets(position, out, begin, end, stride, ghost, degenerate):  # type: ignore[no-untyped-def]
-    """Write the s of both triangles of the quad that begins at each particle."""
-    one = np.uint64(1)
-    row = np.uint64(stride)
-    half = position.dtype.type(0.5)
-    for i in range(np.uint64(begin), np.uint64(end)):
-        ax, ay, az = _half_edge(position, i, i + one, ghost)
-        bx, by, bz = _half_edge(position, i, i + row, ghost)
-        cx, cy, cz = _half_edge(position, i + row + one, i + row, ghost)
-        dx, dy, dz = _half_edge(position, i + row + one, i + one, ghost)
-        out[0, i], out[1, i], out[2, i] = _facet(ax, ay, az, bx, by, bz, half, degenerate)
-        out[3, i], out[4, i], out[5, i] = _facet(cx, cy, cz, dx, dy, dz, half, degenerate)
-
-
 @inlined
 def _add_outer(xx, xy, xz, yy, yz, zz, facets, first, i):  # type: ignore[no-untyped-def]
     x, y, z = facets[first, i], facets[first + 1, i], facets[first + 2, i]
     return xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
 
 
-@kernel
-def _kick(  # type: ignore[no-untyped-def]
-    velocity,
-    acceleration,
-    free,
-    facets,
-    begin,
-    end,
-    stride,
-    decay,
-    gain,
-    wind,
-    coefficient,
-    cap,
-    degenerate,
-):
+@inlined
+def facets_of_quad(position, out, i, row, half, ghost, degenerate):  # type: ignore[no-untyped-def]
+    """Write the s of both triangles of the quad that begins at particle i."""
     one = np.uint64(1)
-    row = np.uint64(stride)
-    wx, wy, wz = wind[0], wind[1], wind[2]
-    zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
-    one_half, six = velocity.dtype.type(0.5), velocity.dtype.type(6)
-    for i in range(np.uint64(begin), np.uint64(end)):
-        # The six triangles around the particle.
-        xx, xy, xz, yy, yz, zz = zero, zero, zero, zero, zero, zero
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i)
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - one)
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - one)
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - row)
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row)
-        xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row - one)
-        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        ux, uy, uz = u - wx, v - wy, w - wz
-        # Without air the velocity, relative to it, would become r.
-        rx = decay * u + gain * acceleration[0, i] - wx
-        ry = decay * v + gain * acceleration[1, i] - wy
-        rz = decay * w + gain * acceleration[2, i] - wz
-        length = max(rx * rx + ry * ry + rz * rz, ux * ux + uy * uy + uz * uz)
-        mx = xx * ux + xy * uy + xz * uz
-        my = xy * ux + yy * uy + yz * uz
-        mz = xz * ux + yz * uy + zz * uz
-        trace = max(xx + yy + zz, degenerate)
-        # The speed in the middle of the step, by half a step with G of its start.
-        rate = gain * coefficient * np.sqrt(ux * ux + uy * uy + uz * uz)
-        half = one_half / (unit + one_half * rate * trace)
-        sx = ux + half * (rx - ux - rate * mx)
-        sy = uy + half * (ry - uy - rate * my)
-        sz = uz + half * (rz - uz - rate * mz)
-        rate = gain * coefficient * np.sqrt(sx * sx + sy * sy + sz * sz)
-        # Beyond the cap the air takes the particle along within a step as it is, and I would
-        # drown in the rounding of the matrix.
-        rate = min(rate, cap / trace)
-        theta = one_half + one_half * rate * trace / (six + rate * trace)
-        explicit = (theta - unit) * rate
-        rx, ry, rz = rx + explicit * mx, ry + explicit * my, rz + explicit * mz
-        # By L D Lᵀ; the pivots cannot be below 1, whatever the rounding.
-        rate = theta * rate
-        d1 = unit + rate * xx
-        l21 = rate * xy / d1
-        l31 = rate * xz / d1
-        d2 = max(unit + rate * yy - l21 * rate * xy, unit)
-        l32 = (rate * yz - l31 * rate * xy) / d2
-        d3 = max(unit + rate * zz - l31 * rate * xz - l32 * l32 * d2, unit)
-        ry = ry - l21 * rx
-        rz = rz - l31 * rx - l32 * ry
-        z = rz / d3
-        y = ry / d2 - l32 * z
-        x = rx / d1 - l21 * y - l31 * z
-        # Nor can the result be longer than what went in.
-        shrink = np.sqrt(min(unit, length / max(x * x + y * y + z * z, degenerate)))
-        velocity[0, i] = free[i] * (wx + shrink * x)
-        velocity[1, i] = free[i] * (wy + shrink * y)
-        velocity[2, i] = free[i] * (wz + shrink * z)
+    ax, ay, az = _half_edge(position, i, i + one, ghost)
+    bx, by, bz = _half_edge(position, i, i + row, ghost)
+    cx, cy, cz = _half_edge(position, i + row + one, i + row, ghost)
+    dx, dy, dz = _half_edge(position, i + row + one, i + one, ghost)
+    out[0, i], out[1, i], out[2, i] = _facet(ax, ay, az, bx, by, bz, half, degenerate)
+    out[3, i], out[4, i], out[5, i] = _facet(cx, cy, cz, dx, dy, dz, half, degenerate)
 
 
-class Aerodynamics:
-    """What the air does to the velocities."""
+@inlined
+def matrix(facets, i, row, zero):  # type: ignore[no-untyped-def]
+    """Return M of particle i, from the six triangles around it."""
+    one = np.uint64(1)
+    xx, xy, xz, yy, yz, zz = zero, zero, zero, zero, zero, zero
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - one)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - one)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - row)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row - one)
+    return xx, xy, xz, yy, yz, zz
 
-    def __init__(self, scene: Scene, lattice: Lattice, dtype: Any) -> None:
-        number = np.dtype(dtype).type
-        self._range = (lattice.begin, lattice.end, lattice.stride)
-        self._facets = lattice.field(dtype, components=6)
-        self._bounds = (number(GHOST_DISTANCE_SQUARED), number(_DEGENERATE))
-        self._cap = number(_CAP)
-        wind = scene.wind
-        # Half, and a third of each triangle's area for each corner.
-        self._coefficient = number(
-            wind.air_density * wind.drag_coefficient / 6 / scene.sheet.particle_mass
-        )
 
-    def kick(self, state: State, decay: float, gain: float, wind: Array) -> None:
-        """
-        Change the velocities by the air and by the accelerations in `state` at once.
+@inlined
+def blown(matrix, ux, uy, uz, rx, ry, rz, strength, cap, degenerate, unit):  # type: ignore[no-untyped-def]
+    """
+    Return u₁ for u₀ = u and for r, all relative to the air.
 
-        Parameters
-        ----------
-        state
-            Its velocities become ``decay * velocity + gain * (acceleration + air)``.
-        decay, gain
-            Of the step, 1 and s.
-        wind
-            Velocity of the air, m/s, shape (3,).
+    `strength` is G / s, the share of the relative velocity that is lost per area and speed.
+    """
+    xx, xy, xz, yy, yz, zz = matrix
+    one_half = unit / (unit + unit)
+    six = unit + unit + unit + unit + unit + unit
+    length = max(rx * rx + ry * ry + rz * rz, ux * ux + uy * uy + uz * uz)
+    mx = xx * ux + xy * uy + xz * uz
+    my = xy * ux + yy * uy + yz * uz
+    mz = xz * ux + yz * uy + zz * uz
+    trace = max(xx + yy + zz, degenerate)
+    # The speed in the middle of the step, by half a step with G of its start.
+    rate = strength * np.sqrt(ux * ux + uy * uy + uz * uz)
+    half = one_half / (unit + one_half * rate * trace)
+    sx = ux + half * (rx - ux - rate * mx)
+    sy = uy + half * (ry - uy - rate * my)
+    sz = uz + half * (rz - uz - rate * mz)
+    rate = strength * np.sqrt(sx * sx + sy * sy + sz * sz)
+    # Beyond the cap the air takes the particle along within a step as it is, and I would
+    # drown in the rounding of the matrix.
+    rate = min(rate, cap / trace)
+    theta = one_half + one_half * rate * trace / (six + rate * trace)
+    explicit = (theta - unit) * rate
+    rx, ry, rz = rx + explicit * mx, ry + explicit * my, rz + explicit * mz
+    # By L D Lᵀ; the pivots cannot be below 1, whatever the rounding.
+    rate = theta * rate
+    d1 = unit + rate * xx
+    l21 = rate * xy / d1
+    l31 = rate * xz / d1
+    d2 = max(unit + rate * yy - l21 * rate * xy, unit)
+    l32 = (rate * yz - l31 * rate * xy) / d2
+    d3 = max(unit + rate * zz - l31 * rate * xz - l32 * l32 * d2, unit)
+    ry = ry - l21 * rx
+    rz = rz - l31 * rx - l32 * ry
+    z = rz / d3
+    y = ry / d2 - l32 * z
+    x = rx / d1 - l21 * y - l31 * z
+    # Nor can the result be longer than what went in.
+    shrink = np.sqrt(min(unit, length / max(x * x + y * y + z * z, degenerate)))
+    return shrink * x, shrink * y, shrink * z
 
-        """
-        _facets(state.position, self._facets, *self._range, *self._bounds)
-        _kick(
-            state.velocity,
-            state.acceleration,
-            state.free,
-            self._facets,
-            *self._range,
-            state.dtype(decay),
-            state.dtype(gain),
-            wind.astype(state.dtype),
-            self._coefficient,
-            self._cap,
-            self._bounds[1],
-        )
+
+def coefficient(scene: Scene) -> float:
+    """Return ½ ρ C / 3m, 1/m³: half, and a third of each triangle's area for each corner."""
+    wind = scene.wind
+    return wind.air_density * wind.drag_coefficient / 6 / scene.sheet.particle_mass
+
+
+# What the kernels take as bounds: ghosts, triangles without a normal, z.
+BOUNDS = (GHOST_DISTANCE_SQUARED, _DEGENERATE, _CAP)

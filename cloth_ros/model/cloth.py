@@ -13,18 +13,19 @@ from .contact import SphereContact
 from .dynamics import Dynamics
 from .energy import Energy, energy, largest_strain
 from .gusts import Gusts
-from .lattice import Array, Lattice, flat_sheet
+from .lattice import Array, Lattice, flat_sheet, read_only
 from .methods import method_of
+from .methods.steps import Block
 from .quantity import PARAMETER_NAMES, checked_vector, refuse
 from .scene import Scene
 from .sphere_path import SphereMotion
-from .state import State, drift, greatest_speed
-from .substeps import LOOK_EVERY, ROUNDING, refinement, substep_length
+from .state import State, greatest_speed
+from .substeps import LOOK_EVERY, ROUNDING, dissipation_spacing, refinement, substep_length
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
 _LONGEST = 1e6  # s, of one advance
-_TIMED = 8  # substeps to tell their cost from
+_TIMED = LOOK_EVERY  # substeps to tell their cost from
 
 
 class Cloth:
@@ -68,7 +69,9 @@ class Cloth:
         if self._state.dtype is not dtype:
             before, self._state = self._state, State(self._lattice, dtype)
             self._copy(before)
-        self._state.pin(scene.pinned())
+        pinned = scene.pinned()
+        self._pinned = bool(pinned.any())
+        self._state.pin(pinned)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._contact = None
         if scene.sphere.radius > 0:
@@ -77,6 +80,7 @@ class Cloth:
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
         self._method = method_of(scene.solver.method)(self._dynamics)
         self._stability_limit = scene.stability_limit()
+        self._viscous = scene.rate_bounds()[1]
 
     def _copy(self, state: State) -> None:
         grid = self._lattice.grid
@@ -161,42 +165,26 @@ class Cloth:
         world: Array = self._lattice.grid(self._state.position) + self._origin
         return world
 
-    @staticmethod
-    def _public(array: Array) -> Array:
-        public: Array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
-        public.flags.writeable = False  # a copy: writing to it would be lost without a word
-        return public
-
-    def _checked(self, name: str, value: Array) -> Array:
-        shape = (self._lattice.rows, self._lattice.columns, 3)
-        array = np.asarray(value, float)
-        if array.shape != shape:
-            raise refuse(f'the shape of {name}', array.shape, str(shape), 'correct it')
-        if not np.all(np.abs(array) <= 1e9):  # False for NaN
-            wrong = array[~(np.abs(array) <= 1e9)][0]
-            raise refuse(name, float(wrong), 'finite and at most 1e9 everywhere', 'correct it')
-        return np.moveaxis(array, -1, 0)
-
     @property
     def positions(self) -> Array:
         """Positions, m, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return self._public(self._world())
+        return read_only(self._world())
 
     @positions.setter
     def positions(self, value: Array) -> None:
-        array = self._checked('positions', value) - self._origin
+        array = self._lattice.checked('positions', value) - self._origin
         self._lattice.grid(self._state.position)[...] = array
         self._forget_contact()
 
     @property
     def velocities(self) -> Array:
         """Velocities, m/s, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return self._public(self._lattice.grid(self._state.velocity).astype(float))
+        return read_only(self._lattice.grid(self._state.velocity).astype(float))
 
     @velocities.setter
     def velocities(self, value: Array) -> None:
         grid = self._lattice.grid
-        grid(self._state.velocity)[...] = self._checked('velocities', value)
+        grid(self._state.velocity)[...] = self._lattice.checked('velocities', value)
         self._state.velocity *= self._state.free
         self._forget_contact()
 
@@ -306,14 +294,14 @@ class Cloth:
         end = self._time + seconds
         while self._time < end:
             begin, change = self._time, end
+            self._air[:] = self._wind
             if self._gusts is not None:
                 change = min(end, self._gusts.next_change(begin))
-                self._air[:] = self._wind + self._gusts.velocity(0.5 * (begin + change))
-            else:
-                self._air[:] = self._wind
-            for _ in self._method.run(self._state, self._steps(change - begin), self._move):
-                self._substeps += 1
-                yield
+                self._air += self._gusts.velocity(0.5 * (begin + change))
+            blocks = self._blocks(change - begin)
+            yield from self._method.run(
+                self._state, blocks, self._moved, every_drift=self._every_drift
+            )
             self._time = change
         if not np.isfinite(self._state.velocity).all():
             self._state.position, self._state.velocity, self._time = before
@@ -326,20 +314,28 @@ class Cloth:
         if self._contact is not None:
             self._sphere.end()
 
-    def _steps(self, seconds: float) -> Iterator[float]:
-        """Yield the lengths of the substeps of `seconds` in which the air does not change, s."""
+    @property
+    def _every_drift(self) -> bool:
+        """True if something may act between two substeps."""
+        return self._contact is not None
+
+    def _blocks(self, seconds: float) -> Iterator[Block]:
+        """Yield the blocks of substeps of `seconds` in which the air does not change."""
         count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
         h = seconds / count
         for first in range(0, count, LOOK_EVERY):
             self._follow()
             speed = greatest_speed(self._state)
             fine = self._finer * refinement(self._scene, h, speed, coarse=self.coarse)
-            for _ in range(fine * min(LOOK_EVERY, count - first)):
-                yield h / fine
+            airspeed = speed + float(np.linalg.norm(self._air))
+            spacing = dissipation_spacing(self._scene, h / fine, self._viscous, airspeed)
+            for _ in range(fine):
+                part = min(LOOK_EVERY, count - first)
+                self._substeps += part
+                yield Block(part, h / fine, spacing)
 
-    def _move(self, h: float) -> None:
-        """Let the particles drift for `h` s, and the sphere on its path act on them."""
-        drift(self._state, h)
+    def _moved(self, h: float) -> None:
+        """Let the sphere, on its path, act on particles that have drifted for `h` s."""
         if self._contact is not None:
             self._contact.velocity = self._sphere.velocity(self._time, h)
             self._contact.resolve(self._state, h)
@@ -352,13 +348,12 @@ class Cloth:
         Single precision would otherwise resolve it ever less.  With a pin it cannot stray, and
         the pin must not move by one bit.
         """
-        grid = self._lattice.grid
-        strayed = grid(self._state.position)[:, 0, 0].astype(float)
-        if np.abs(strayed).max() < 4 * (1 + self._scene.sheet.diagonal):
+        if self._pinned:
             return
-        if grid(self._state.free).all() and np.isfinite(strayed).all():
+        strayed = self._state.position[:, self._lattice.begin].astype(float)
+        if 4 * (1 + self._scene.sheet.diagonal) < np.abs(strayed).max() < np.inf:
             shift = np.round(strayed)[:, None, None]
-            grid(self._state.position)[...] -= shift.astype(self._state.dtype)
+            self._lattice.grid(self._state.position)[...] -= shift.astype(self._state.dtype)
             self._origin = self._origin + shift
             if self._contact is not None:
                 self._contact.centre = self._contact.centre - shift[:, 0, 0]
@@ -392,7 +387,9 @@ class Cloth:
         """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
         position, velocity = self._state.position.copy(), self._state.velocity.copy()
         start = time.perf_counter()
-        for _ in self._method.run(self._state, [0.0] * count, lambda h: drift(self._state, h)):
+        spacing = dissipation_spacing(self._scene, self.substep, self._viscous, 0.0)
+        blocks = [Block(count, 0.0, spacing)]
+        for _ in self._method.run(self._state, blocks, lambda _: None, every_drift=False):
             pass
         seconds = time.perf_counter() - start
         self._state.position[...], self._state.velocity[...] = position, velocity

@@ -2,57 +2,149 @@
 The forces of a scene, as an integration method sees them.
 
 Only what the scene has is made: a scene without air has no aerodynamics to skip.
+
+Springs are fast and dissipation is slow: the air, or a dashpot, changes a velocity far less in a
+substep than a stiff spring does.  A method may therefore let dissipation act in one substep of
+several, as many times as strongly, which is multiple time stepping with impulses (M. Tuckerman,
+B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992, section II).
 """
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Iterator
 
-from .aerodynamics import Aerodynamics
+import numpy as np
+
+from . import aerodynamics, springs
 from .lattice import Array, Lattice
+from .methods.steps import Step
+from .passes import Pass, compose
 from .scene import Scene
-from .springs import Springs
-from .state import State, kick
+from .state import State
+from .team import team_of
+
+# Particles from which on threads pay for their start.
+_WORTH_THREADS = 4096
 
 
 class Dynamics:
     """
-    Accelerations by springs and gravity, and the velocity change that they and the air cause.
+    Kicks by springs, gravity, dashpots, drag and air, and drifts.
+
+    Drag is a rate γ, dv/dt = a − γ v, and is integrated exactly for constant a,
+
+        v ← e^(−γ h) v + a (1 − e^(−γ h)) / γ,
+
+    so that neither the decay nor the terminal velocity a/γ depends on the step.  Dashpots are
+    taken at the velocity in the middle of the kick (the explicit midpoint rule), which a second
+    evaluation of the springs pays.  So every kick is of second order at resting positions.
+
+    Parameters
+    ----------
+    scene, lattice
+        What acts, and on what sheet.
+    wind
+        Velocity of the air, m/s, shape (3,), which the caller changes; without effect in a scene
+        without air.
+    dtype
+        numpy.float32 or numpy.float64.
+    apart
+        True to accelerate apart from kicks, for whoever has to look in between.
 
     Attributes
     ----------
-    wind
-        Velocity of the air, m/s, shape (3,); without effect in a scene without air.
     damped
         True if accelerations depend on velocities: there are dashpots.
+    dissipative
+        True if there is something that the weight of a step applies to: dashpots or air.
 
     """
 
-    def __init__(self, scene: Scene, lattice: Lattice, wind: Array, dtype: type) -> None:
+    def __init__(
+        self, scene: Scene, lattice: Lattice, wind: Array, dtype: type, *, apart: bool = False
+    ) -> None:
         self.wind = wind
+        self._apart = apart
+        present = {family.name for family in springs.families(scene)}
+        self.damped = bool(present) and scene.springs.damping > 0
+        self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
+        self.dissipative = self.damped or scene.has_air
         self._drag = scene.drag
-        self._springs = Springs(scene, lattice, dtype)
-        self.damped = self._springs.damped
-        self._air = Aerodynamics(scene, lattice, dtype) if scene.has_air else None
+        self._dashpots = scene.springs.damping / scene.sheet.particle_mass
+        many = lattice.rows * lattice.columns >= _WORTH_THREADS
+        self._team = team_of(scene.solver.threads if many else 1)
+        self._kernel = compose(
+            *(name in present for name in ('structural', 'shear', 'bending')),
+            self.damped,
+            scene.has_air,
+            apart or self.dissipative,
+            dtype is np.float64,
+        )
+        self._table = functools.lru_cache(maxsize=256)(self._make_table)
+        self._range = (lattice.begin, lattice.end, lattice.stride)
+        self._springs = tuple(dtype(number) for number in springs.constants(scene))
+        self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
+        # What a scene does without needs no memory, but a shape that the kernel can take.
+        needless: Array = np.zeros((3, 0), dtype)
+        self._facets = lattice.field(dtype, components=6) if scene.has_air else needless
+        self._middle = lattice.field(dtype) if apart or self.dissipative else needless
+
+    def carry(self, state: State, steps: tuple[Step, ...]) -> None:
+        """Carry `state` through `steps`."""
+        self._make(state, self._table(steps))
 
     def accelerate(self, state: State) -> None:
-        """Write the accelerations by springs, dashpots and gravity into `state`."""
-        self._springs.accelerate(state.position, state.velocity, state.free, state.acceleration)
+        """Write the accelerations by gravity, springs and dashpots; `apart` must be true."""
+        self._make(state, np.array([(Pass.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)]))
 
-    def kick(self, state: State, h: float) -> None:
-        """
-        Change the velocities by `h` seconds of the accelerations in `state`, drag and air.
+    def _make_table(self, steps: tuple[Step, ...]) -> Array:
+        return np.array([row for step in steps for row in self._rows(step)])
 
-        Drag is a rate γ, dv/dt = a − γ v, and is integrated exactly for constant a,
+    def _rows(self, step: Step) -> Iterator[tuple[float, ...]]:
+        """Yield the passes of a step: kind, decay, gain, drift, dashpots, air; see `passes`."""
+        h, drift, weight = step
+        if h is None:
+            yield (Pass.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
+            return
+        decay, gain = self._drag_of(h)
+        if not self._apart and (weight == 0 or not self.dissipative):
+            yield (Pass.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
+            return
+        dashpots = weight * self._dashpots
+        yield (Pass.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
+        if self._air:
+            yield (Pass.FACETS, 1.0, 0.0, 0.0, 0.0, 0.0)
+        if self.damped:
+            first = self._drag_of(0.5 * h)
+            yield (Pass.KICK_MIDDLE, *first, 0.0, 0.0, weight * first[1] * self._air)
+            yield (Pass.ACCELERATE_MIDDLE, 1.0, 0.0, 0.0, dashpots, 0.0)
+        yield (Pass.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
 
-            v ← e^(−γ h) v + a (1 − e^(−γ h)) / γ,
+    def _make(self, state: State, table: Array) -> None:
+        """Make the passes of a table."""
+        number = state.dtype
+        self._team.run(
+            self._kernel,
+            *self._range,
+            table,
+            state.position,
+            state.other,
+            state.velocity,
+            self._middle,
+            state.acceleration,
+            self._facets,
+            state.free,
+            self._springs,
+            tuple(number(component) for component in self.wind),
+            self._bounds,
+        )
+        if np.count_nonzero(table[:, 0] <= Pass.KICK) % 2:
+            state.position, state.other = state.other, state.position
 
-        so that neither the decay nor the terminal velocity a/γ depends on the step.  The whole
-        kick is of second order for constant accelerations.
-        """
-        decay = math.exp(-self._drag * h)
-        gain = -math.expm1(-self._drag * h) / self._drag if self._drag else h
-        if self._air is None:
-            kick(state, decay, gain)
-        else:
-            self._air.kick(state, decay, gain, self.wind)
+    def _drag_of(self, h: float) -> tuple[float, float]:
+        """Return what a kick of `h` s multiplies velocities and accelerations by, 1 and s."""
+        if self._drag == 0:
+            return 1.0, h
+        return math.exp(-self._drag * h), -math.expm1(-self._drag * h) / self._drag

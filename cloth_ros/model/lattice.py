@@ -20,12 +20,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .quantity import refuse
+
 Array = NDArray[Any]
 
 # Far enough to tell from any cloth, and its square still fits in single precision.
 GHOST = 1e18
 # Squared distance, m², beyond which a neighbour is a ghost.
 GHOST_DISTANCE_SQUARED = 1e30
+# Largest coordinate, m or m/s, that is taken from outside.
+_LARGEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,32 @@ class Lattice:
         """Return the view of the particles in a flat array, shape (..., rows, columns)."""
         shape = (*flat.shape[:-1], self.rows + 4, self.stride)
         return flat.reshape(shape)[..., 2:-2, : self.columns]
+
+    def checked(self, name: str, value: Array) -> Array:
+        """
+        Return a user's field, shape (rows, columns, 3), as one of shape (3, rows, columns).
+
+        Raises
+        ------
+        ValueError
+            It has another shape, or is not finite and moderate everywhere.
+
+        """
+        shape = (self.rows, self.columns, 3)
+        array = np.asarray(value, float)
+        if array.shape != shape:
+            raise refuse(f'the shape of {name}', array.shape, str(shape), 'correct it')
+        if not np.all(np.abs(array) <= _LARGEST):  # False for NaN
+            wrong = float(array[~(np.abs(array) <= _LARGEST)][0])
+            raise refuse(name, wrong, f'finite and at most {_LARGEST:g} everywhere', 'correct it')
+        return np.moveaxis(array, -1, 0)
+
+
+def read_only(array: Array) -> Array:
+    """Return a copy, shape (rows, columns, 3), of a field of shape (3, rows, columns)."""
+    copy: Array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
+    copy.flags.writeable = False  # writing to it would be lost without a word
+    return copy
 
 
 def rotation_matrix(quaternion: tuple[float, ...]) -> Array:

@@ -15,16 +15,14 @@ Graphics Interface 1995.
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from .compile import inlined, kernel
-from .lattice import GHOST_DISTANCE_SQUARED, Array, Lattice
+from .compile import inlined
+from .lattice import GHOST_DISTANCE_SQUARED, Array
 from .scene import Scene
 
 # Squared length, m², below which a spring has no direction; it only keeps the force finite.
@@ -69,124 +67,78 @@ def ends(family: Family, grid: Array) -> tuple[Array, Array]:
 
 
 @inlined
-def _pull(position, velocity, p, q, k, kl, c, damped, ghost, tiny):  # type: ignore[no-untyped-def]
-    dx = position[0, p] - position[0, q]
-    dy = position[1, p] - position[1, q]
-    dz = position[2, p] - position[2, q]
+def _pull(position, velocity, i, j, k, kl, c, damped, double, ghost, tiny):  # type: ignore[no-untyped-def]
+    """Return the acceleration of particle i by its spring to j."""
+    number = position.dtype.type
+    dx = position[0, i] - position[0, j]
+    dy = position[1, i] - position[1, j]
+    dz = position[2, i] - position[2, j]
     squared = dx * dx + dy * dy + dz * dz
-    root = np.sqrt(max(squared, tiny))
+    bounded = max(squared, tiny)
+    if double:
+        # Three times faster than root and division: a reciprocal root in single precision, and
+        # what it lacks by Halley's method, whose error is the third power of that.
+        root = number(np.float32(1) / np.sqrt(np.float32(bounded)))
+        lack = number(1) - bounded * root * root
+        root += root * lack * (number(0.5) + number(0.375) * lack)
+    else:
+        root = number(1) / np.sqrt(bounded)
     if damped:
-        du = velocity[0, p] - velocity[0, q]
-        dv = velocity[1, p] - velocity[1, q]
-        dw = velocity[2, p] - velocity[2, q]
-        kl = kl - c * (du * dx + dv * dy + dw * dz) / root
-    scale = kl / root - k
+        du = velocity[0, i] - velocity[0, j]
+        dv = velocity[1, i] - velocity[1, j]
+        dw = velocity[2, i] - velocity[2, j]
+        kl = kl - c * root * (du * dx + dv * dy + dw * dz)
+    scale = kl * root - k
     if squared > ghost:
         scale = k - k  # a zero of the same precision
     return scale * dx, scale * dy, scale * dz
 
 
 @inlined
-def _pull_both(position, velocity, i, offset, k, kl, c, damped, ghost, tiny):  # type: ignore[no-untyped-def]
-    a, b, d = _pull(position, velocity, i, i + offset, k, kl, c, damped, ghost, tiny)
-    e, f, g = _pull(position, velocity, i, i - offset, k, kl, c, damped, ghost, tiny)
+def _pull_both(position, velocity, i, offset, k, kl, c, damped, double, ghost, tiny):  # type: ignore[no-untyped-def]
+    a, b, d = _pull(position, velocity, i, i + offset, k, kl, c, damped, double, ghost, tiny)
+    e, f, g = _pull(position, velocity, i, i - offset, k, kl, c, damped, double, ghost, tiny)
     return a + e, b + f, d + g
 
 
-@functools.cache
-def _compose(structural: bool, shear: bool, bending: bool, damped: bool) -> Callable[..., None]:
-    """Compose the kernel of a scene: what the scene lacks is not in the compiled code."""
-
-    @kernel
-    def accelerate(  # type: ignore[no-untyped-def]
-        position, velocity, free, out, begin, end, stride, gravity, k, kl, c, ghost, tiny
-    ):
-        one = np.uint64(1)
-        row = np.uint64(stride)
-        gx, gy, gz = gravity[0], gravity[1], gravity[2]
-        k0, k1, k2 = k[0], k[1], k[2]
-        kl0, kl1, kl2, kl3, kl4 = kl[0], kl[1], kl[2], kl[3], kl[4]
-        for i in range(np.uint64(begin), np.uint64(end)):
-            x, y, z = gx, gy, gz
-            if structural:
-                a, b, d = _pull_both(position, velocity, i, one, k0, kl0, c, damped, ghost, tiny)
-                x, y, z = x + a, y + b, z + d
-                a, b, d = _pull_both(position, velocity, i, row, k0, kl1, c, damped, ghost, tiny)
-                x, y, z = x + a, y + b, z + d
-            if shear:
-                a, b, d = _pull_both(
-                    position, velocity, i, row + one, k1, kl2, c, damped, ghost, tiny
-                )
-                x, y, z = x + a, y + b, z + d
-                a, b, d = _pull_both(
-                    position, velocity, i, row - one, k1, kl2, c, damped, ghost, tiny
-                )
-                x, y, z = x + a, y + b, z + d
-            if bending:
-                a, b, d = _pull_both(
-                    position, velocity, i, one + one, k2, kl3, c, damped, ghost, tiny
-                )
-                x, y, z = x + a, y + b, z + d
-                a, b, d = _pull_both(
-                    position, velocity, i, row + row, k2, kl4, c, damped, ghost, tiny
-                )
-                x, y, z = x + a, y + b, z + d
-            out[0, i] = free[i] * x
-            out[1, i] = free[i] * y
-            out[2, i] = free[i] * z
-
-    return accelerate
-
-
-class Springs:
-    """
-    Acceleration of the particles by springs, dashpots and gravity.
-
-    Gravity is a constant that the loop over the springs starts from, and so costs nothing.
-
-    Attributes
-    ----------
-    damped
-        True if there are dashpots along the springs.
-
-    """
-
-    def __init__(self, scene: Scene, lattice: Lattice, dtype: Any) -> None:
-        present = {family.name for family in families(scene)}
-        damping = scene.springs.damping if present else 0.0
-        self.damped = damping > 0
-        self._kernel = _compose(
-            'structural' in present, 'shear' in present, 'bending' in present, self.damped
+@inlined
+def pull_all(  # type: ignore[no-untyped-def]
+    position, velocity, i, row, numbers, c, structural, shear, bending, damped, double
+):
+    """Return the acceleration of particle i by gravity and by all of its springs."""
+    one = np.uint64(1)
+    x, y, z, k0, k1, k2, kl0, kl1, kl2, kl3, kl4, ghost, tiny = numbers
+    if structural:
+        a, b, d = _pull_both(position, velocity, i, one, k0, kl0, c, damped, double, ghost, tiny)
+        x, y, z = x + a, y + b, z + d
+        a, b, d = _pull_both(position, velocity, i, row, k0, kl1, c, damped, double, ghost, tiny)
+        x, y, z = x + a, y + b, z + d
+    if shear:
+        a, b, d = _pull_both(
+            position, velocity, i, row + one, k1, kl2, c, damped, double, ghost, tiny
         )
-        mass = scene.sheet.particle_mass
-        dx, dy = scene.sheet.spacing
-        k = np.array([scene.springs.structural, scene.springs.shear, scene.springs.bending]) / mass
-        rest = np.array([dx, dy, math.hypot(dx, dy), 2 * dx, 2 * dy])
-        number = np.dtype(dtype).type
-        self._arguments = (
-            lattice.begin,
-            lattice.end,
-            lattice.stride,
-            np.array(scene.gravity, dtype),
-            k.astype(dtype),
-            (k[[0, 0, 1, 2, 2]] * rest).astype(dtype),
-            number(damping / mass),
-            number(GHOST_DISTANCE_SQUARED),
-            number(_COINCIDENT),
+        x, y, z = x + a, y + b, z + d
+        a, b, d = _pull_both(
+            position, velocity, i, row - one, k1, kl2, c, damped, double, ghost, tiny
         )
+        x, y, z = x + a, y + b, z + d
+    if bending:
+        a, b, d = _pull_both(
+            position, velocity, i, one + one, k2, kl3, c, damped, double, ghost, tiny
+        )
+        x, y, z = x + a, y + b, z + d
+        a, b, d = _pull_both(
+            position, velocity, i, row + row, k2, kl4, c, damped, double, ghost, tiny
+        )
+        x, y, z = x + a, y + b, z + d
+    return x, y, z
 
-    def accelerate(self, position: Array, velocity: Array, free: Array, out: Array) -> None:
-        """
-        Write the acceleration of every particle.
 
-        Parameters
-        ----------
-        position, velocity
-            Flat arrays, m and m/s, shape (3, size).
-        free
-            1 for particles that move, 0 for pinned ones and ghosts, shape (size,).
-        out
-            Acceleration, m/s², shape (3, size); ghosts between the rows get 0.
-
-        """
-        self._kernel(position, velocity, free, out, *self._arguments)
+def constants(scene: Scene) -> tuple[float, ...]:
+    """Return what `pull_all` takes: gravity, stiffness and tension per mass, and bounds."""
+    springs, mass = scene.springs, scene.sheet.particle_mass
+    dx, dy = scene.sheet.spacing
+    k = np.array([springs.structural, springs.shear, springs.bending]) / mass
+    rest = np.array([dx, dy, math.hypot(dx, dy), 2 * dx, 2 * dy])
+    bounds = (GHOST_DISTANCE_SQUARED, _COINCIDENT)
+    return (*scene.gravity, *k, *(k[[0, 0, 1, 2, 2]] * rest), *bounds)

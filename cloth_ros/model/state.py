@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from .compile import kernel, reduction
+from .compile import kernel
 from .lattice import GHOST, Array, Lattice
+
+# Particles whose speeds are compared at once.
+_LANES = 64
 
 
 @dataclass
@@ -22,6 +25,8 @@ class State:
     position
         m, from the centre of the undeformed sheet, shape (3, size).  Single precision then
         resolves the cloth and not its distance from the origin of the world.
+    other
+        Where kernels write positions that they move, and then exchange both.
     velocity, acceleration
         m/s and m/s², shape (3, size); zero for pinned particles and ghosts.
     free
@@ -32,6 +37,7 @@ class State:
     lattice: Lattice
     dtype: Any
     position: Array = field(init=False)
+    other: Array = field(init=False)
     velocity: Array = field(init=False)
     acceleration: Array = field(init=False)
     free: Array = field(init=False)
@@ -40,6 +46,7 @@ class State:
         """Allocate the arrays, with every particle free at the centre and at rest."""
         self.position = self.lattice.field(self.dtype, GHOST)
         self.lattice.grid(self.position)[...] = 0
+        self.other = self.position.copy()
         self.velocity = self.lattice.field(self.dtype)
         self.acceleration = self.lattice.field(self.dtype)
         self.free = self.lattice.field(self.dtype, components=1)[0]
@@ -79,13 +86,20 @@ def kick(state: State, decay: float, gain: float) -> None:
     )
 
 
-@reduction
+@kernel
 def _greatest_square(velocity, size):  # type: ignore[no-untyped-def]
-    greatest = velocity.dtype.type(0)
-    for i in range(np.uint64(size)):
+    # Lane by lane: LLVM leaves the maximum of a whole array scalar, NaN being what it is.
+    greatest = np.zeros(_LANES, velocity.dtype)
+    whole = size // _LANES * _LANES
+    for first in range(np.uint64(0), np.uint64(whole), np.uint64(_LANES)):
+        for lane in range(np.uint64(_LANES)):
+            i = first + lane
+            u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+            greatest[lane] = max(greatest[lane], u * u + v * v + w * w)
+    for i in range(np.uint64(whole), np.uint64(size)):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        greatest = max(greatest, u * u + v * v + w * w)
-    return greatest
+        greatest[0] = max(greatest[0], u * u + v * v + w * w)
+    return greatest.max()
 
 
 def greatest_speed(state: State) -> float:

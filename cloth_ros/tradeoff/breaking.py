@@ -21,7 +21,6 @@ positions that are held, where springs cannot buckle.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,8 +29,10 @@ from ..model import Scene
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array, Lattice, flat_sheet
 from ..model.methods import method_of
+from ..model.methods.steps import Block
+from ..model.passes import Pass
 from ..model.springs import families
-from ..model.state import State, drift
+from ..model.state import State
 from ..model.tangent import rightmost, stability_limit
 
 # Pieces of larger sheets are as large as this in each direction: there are no edges to speak of.
@@ -77,16 +78,31 @@ class Breaking:
 
 
 class _Balanced(Dynamics):
-    """Forces less those of one state, which is an equilibrium so."""
+    """
+    Forces less those of one state, which is an equilibrium so.
+
+    Attributes
+    ----------
+    held
+        True if positions stay as they are.
+
+    """
 
     def __init__(self, scene: Scene, state: State) -> None:
-        super().__init__(scene, state.lattice, np.zeros(3), state.dtype)
-        super().accelerate(state)
+        super().__init__(scene, state.lattice, np.zeros(3), state.dtype, apart=True)
+        self.held = False
+        self._undisturbed = np.zeros_like(state.acceleration)
+        self.accelerate(state)
         self._undisturbed = state.acceleration.copy()
 
-    def accelerate(self, state: State) -> None:
-        super().accelerate(state)
-        state.acceleration -= self._undisturbed
+    def _make(self, state: State, table: Array) -> None:
+        for row in table:
+            position = state.position
+            super()._make(state, row[None])
+            if row[0] in (Pass.ACCELERATE, Pass.ACCELERATE_MIDDLE):
+                state.acceleration -= self._undisturbed
+            if self.held:
+                state.position[...] = position
 
 
 class _Disturbances:
@@ -99,9 +115,8 @@ class _Disturbances:
         self._state = State(self._lattice, np.float64)
         self._state.pin(scene.pinned())
         self._lattice.grid(self._state.position)[...] = self._undisturbed
-        dynamics = _Balanced(scene, self._state)
-        self._method = method_of(scene.solver.method)(dynamics)
-        self._damped = dynamics.damped
+        self._dynamics = _Balanced(scene, self._state)
+        self._method = method_of(scene.solver.method)(self._dynamics)
         self._small = _SMALL * scene.sheet.shortest_spacing
         free = np.broadcast_to(~scene.pinned(), grid.shape)
         self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * free
@@ -111,7 +126,7 @@ class _Disturbances:
         value, _, left = rightmost(lambda field: -self._step(field, [h]), self._start, _RESIDUAL)
         if left <= _RESIDUAL and value.real > 1 + _GROWTH:
             return True
-        if not self._damped:
+        if not self._dynamics.damped:
             return False
         start = self._start * np.array([0.0, 1.0])[:, None, None, None]
         # Two steps, so that either sign of z is found.
@@ -122,22 +137,19 @@ class _Disturbances:
 
     def _step(self, field: Array, steps: list[float], *, held: bool = False) -> Array:
         """Return what becomes of displacements, m, and velocities times the step, in one array."""
-
-        def move(h: float) -> None:
-            if not held:
-                drift(self._state, h)
-
-        ahead, behind = (self._run(side * field, steps, move) for side in (1, -1))
+        self._dynamics.held = held
+        ahead, behind = (self._run(side * field, steps) for side in (1, -1))
         return (ahead - behind) / (2 * self._small)
 
-    def _run(self, field: Array, steps: list[float], move: Callable[[float], None]) -> Array:
-        position = self._lattice.grid(self._state.position)
-        velocity = self._lattice.grid(self._state.velocity)
-        position[...] = self._undisturbed + self._small * field[0]
-        velocity[...] = self._small / steps[0] * field[1]
-        for _ in self._method.run(self._state, steps, move):
+    def _run(self, field: Array, steps: list[float]) -> Array:
+        grid, state = self._lattice.grid, self._state
+        grid(state.position)[...] = self._undisturbed + self._small * field[0]
+        grid(state.velocity)[...] = self._small / steps[0] * field[1]
+        blocks = [Block(1, h) for h in steps]
+        for _ in self._method.run(state, blocks, lambda _: None, every_drift=False):
             pass
-        return np.stack([position - self._undisturbed, steps[0] * velocity])
+        moved = grid(state.position) - self._undisturbed
+        return np.stack([moved, steps[0] * grid(state.velocity)])
 
 
 def measured_limit(scene: Scene, positions: Array) -> float:

@@ -23,6 +23,7 @@ from ..model import Cloth, Scene
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array
 from ..model.methods import method_of
+from ..model.methods.steps import Step
 from ..model.state import State
 from .reference import slightest_energy
 
@@ -104,20 +105,30 @@ def air_force(positions: Array, flow: Array, scene: Scene) -> Array:
 
 
 class _Heard:
-    """A `Dynamics` that remembers how long the last kick was."""
+    """
+    A `Dynamics` that remembers the last kick, and where the particles set out from.
+
+    Attributes
+    ----------
+    length, weight
+        Of the kick, s and 1; 0 if there was none since they were set to that.
+    start, kicked
+        Positions, m, and velocities, m/s, at the start of the last drift, shape (3, size).
+
+    """
 
     def __init__(self, dynamics: Dynamics) -> None:
         self._dynamics = dynamics
-        self.damped = dynamics.damped
-        self.length = 0.0
+        self.length, self.weight = 0.0, 0
+        self.start = self.kicked = np.zeros(0)
 
-    def accelerate(self, state: State) -> None:
-        self._dynamics.accelerate(state)
-
-    def kick(self, state: State, h: float) -> None:
-        # The midpoint rule of dashpots kicks twice; the second one is what happens.
-        self.length = h
-        self._dynamics.kick(state, h)
+    def carry(self, state: State, steps: tuple[Step, ...]) -> None:
+        for step in steps:
+            if step.kick is not None:
+                self._dynamics.carry(state, (step._replace(drift=0.0),))
+                self.length, self.weight = step.kick, step.weight
+            self.start, self.kicked = state.position.copy(), state.velocity.copy()
+            self._dynamics.carry(state, (Step(None, step.drift),))
 
 
 class AccountedCloth(Cloth):
@@ -133,7 +144,7 @@ class AccountedCloth(Cloth):
         super()._build(scene)
         self._heard = _Heard(self._dynamics)
         self._method = method_of(scene.solver.method)(self._heard)  # type: ignore[arg-type]
-        self._forces = Dynamics(scene, self._lattice, self._air, np.float64)
+        self._forces = Dynamics(scene, self._lattice, self._air, np.float64, apart=True)
         self._still = State(self._lattice, np.float64)
         self._still.pin(scene.pinned())
 
@@ -143,37 +154,37 @@ class AccountedCloth(Cloth):
         self._turnover = slightest_energy(self.scene)
         self._opening = self.energy_by_kind()
         self._velocity = self._velocities()
-        self._half_way = np.zeros_like(self._velocity)
+        self._before = np.zeros_like(self._velocity)
         self._corrected = np.zeros(self._velocity.shape, bool)
 
     def _velocities(self) -> Array:
         return self._lattice.grid(self._state.velocity).astype(float)
 
-    def _acceleration(self, velocity: Array | float = 0.0) -> Array:
-        """Return what springs, dashpots and gravity do to the present positions, m/s²."""
+    def _acceleration(self, positions: Array, velocity: Array | float = 0.0) -> Array:
+        """Return what springs, dashpots and gravity do at `positions`, m/s²."""
         grid, still = self._lattice.grid, self._still
-        grid(still.position)[...] = grid(self._state.position)
+        grid(still.position)[...] = positions - self._origin
         grid(still.velocity)[...] = velocity
         self._forces.accelerate(still)
         return grid(still.acceleration).copy()
 
-    def _impulses(self, after: Array) -> dict[str, Array]:
+    def _impulses(self, positions: Array, after: Array) -> dict[str, Array]:
         """Return what air, drag and dashpots gave to each particle in the last kick, N·s."""
-        before, h = self._velocity, self._heard.length
+        before, h, weight = self._velocity, self._heard.length, self._heard.weight
         mean, scene = 0.5 * (before + after), self.scene
         mass = scene.sheet.particle_mass
-        potential = self._acceleration()
+        potential = self._acceleration(positions)
         self._force = mass * potential
         dashpots = np.zeros_like(mean)
         if self._forces.damped:
-            dashpots = mass * h * (self._acceleration(mean) - potential)
+            dashpots = weight * mass * h * (self._acceleration(positions, mean) - potential)
         air = np.zeros_like(mean)
         if scene.has_air:
-            air = h * air_force(self._world(), self._air[:, None, None] - mean, scene)
+            air = weight * h * air_force(positions, self._air[:, None, None] - mean, scene)
             air *= ~scene.pinned()
         return {'drag': -mass * scene.drag * h * mean, 'dashpots': dashpots, 'air': air}
 
-    def _book(self, impulses: dict[str, Array], half_way: Array, corrected: Array) -> None:
+    def _book(self, impulses: dict[str, Array], way: Array, h: float, corrected: Array) -> None:
         """
         Book a kick, if there was one since the last drift, and the drift after it.
 
@@ -181,31 +192,41 @@ class AccountedCloth(Cloth):
         ----------
         impulses
             N·s, shape (3, rows, columns).
-        half_way
-            Half of the way that the particles went in the drift, m, shape (3, rows, columns).
+        way
+            Of the particles in the drift, m, shape (3, rows, columns).
+        h
+            Length of the drift, s: up to half a kick of it belongs to the kick before, and the
+            rest to the one after.
         corrected
-            Where that is not by their velocity, bool.
+            Where the way is not by their velocity, bool.
 
         """
         now = self._velocities()
         mean = 0.5 * (self._velocity + now)
         for name, impulse in impulses.items():
             self._work[name] += float(np.sum(impulse * mean))
+        share = min(0.5 * self._heard.length / h, 1.0)
         here = corrected | self._corrected
-        if here.any():
-            missed = self._heard.length * mean - self._half_way - half_way
+        if share and here.any():
+            missed = self._heard.length * mean - self._before - share * way
             self._work['contact'] += float(np.sum((self._force * missed)[here]))
-        self._velocity, self._half_way, self._corrected = now, half_way, corrected
-        self._heard.length = 0.0
+        self._velocity, self._before, self._corrected = now, (1 - share) * way, corrected
+        self._heard.length, self._heard.weight = 0.0, 0
 
-    def _move(self, h: float) -> None:
-        kicked, start = self._velocities(), self._world()
-        impulses = self._impulses(kicked)
-        super()._move(h)
+    @property
+    def _every_drift(self) -> bool:
+        return True
+
+    def _moved(self, h: float) -> None:
+        grid = self._lattice.grid
+        start = grid(self._heard.start) + self._origin
+        kicked = grid(self._heard.kicked).astype(float)
+        impulses = self._impulses(start, kicked)
+        super()._moved(h)
         impulses['contact'] = self.scene.sheet.particle_mass * (self._velocities() - kicked)
         way = self._world() - start
         missed = np.abs(way - h * self._velocities()) > _ROUNDING * (1 + np.abs(start))
-        self._book(impulses, 0.5 * way, missed)
+        self._book(impulses, way, h, missed)
 
     def advance(self, seconds: float) -> None:
         """Advance, and book what is done."""

@@ -8,7 +8,9 @@ from dataclasses import asdict, dataclass
 
 from ..model import Cloth, Scene
 from ..model.methods import METHODS
+from ..model.methods.steps import Block
 from ..model.stability import SAFETY
+from ..model.substeps import LOOK_EVERY
 
 # Substeps as multiples of the least that are stable.  Those below one are there to be shown
 # as what they are.
@@ -76,11 +78,13 @@ class FixedStepCloth(Cloth):
         """Length of the substeps, s."""
         return 1 / (self.scene.rate * self._number)
 
-    def _steps(self, seconds: float) -> Iterator[float]:
+    def _blocks(self, seconds: float) -> Iterator[Block]:
         count = max(round(seconds / self.substep), 1)
-        for _ in range(count):
+        for first in range(0, count, LOOK_EVERY):
             self._follow()
-            yield seconds / count
+            part = min(LOOK_EVERY, count - first)
+            self._substeps += part
+            yield Block(part, seconds / count)
 
 
 def make_cloth(scene: Scene, setting: Setting) -> Cloth:

@@ -7,10 +7,10 @@ A method is a class with
 * ``amplification(h, elastic, viscous)``, the matrix by which a step multiplies the position and
   velocity of a damped oscillator, and ``stable_step(elastic, viscous)``, the longest step that is
   stable on every oscillator up to these;
-* ``run(state, steps, move)``, a generator that carries a `State` through substeps of the lengths
-  that `steps` yields, s, and yields itself after each.  It takes the forces from the `Dynamics`
-  that it was made with; ``move(h)`` lets the particles drift for `h` s at their velocities, and
-  whatever they meet on the way act on them.
+* ``run(state, blocks, moved, every_drift=…)``, a generator that carries a `State` through blocks
+  of substeps, see `Block`, and pauses after each.  Its `Dynamics` kicks and lets the particles
+  drift; the method calls ``moved(h)`` when they have drifted for `h` s, with `every_drift` after
+  each drift, so that whatever they meet on the way can act on them.
 
 To add one, write its file and name its class here.
 """
@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Protocol
 
 from .position_verlet import PositionVerlet
-from .symplectic_euler import SymplecticEuler
+from .steps import Block
 
 if TYPE_CHECKING:
     from ..dynamics import Dynamics
@@ -48,15 +48,18 @@ class Method(Protocol):
         ...
 
     def run(
-        self, state: State, steps: Iterable[float], move: Callable[[float], None]
+        self,
+        state: State,
+        blocks: Iterable[Block],
+        moved: Callable[[float], None],
+        *,
+        every_drift: bool,
     ) -> Iterator[None]:
-        """Carry `state` through `steps`, s."""
+        """Carry `state` through `blocks`."""
         ...
 
 
-METHODS: dict[str, type[Method]] = {
-    method.name: method for method in (PositionVerlet, SymplecticEuler)
-}
+METHODS: dict[str, type[Method]] = {method.name: method for method in (PositionVerlet,)}
 
 
 def method_of(name: str) -> type[Method]:

@@ -6,17 +6,16 @@ Position Verlet: half a drift, a kick, half a drift.
 Second order and symplectic (M. Tuckerman, B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992,
 section II).  Velocity Verlet, half a kick, a drift, half a kick, is the same sequence begun at
 another place.  This one needs no forces at the ends of an advance, so that n steps take n
-evaluations of them: the two half drifts between neighbouring kicks are made as one.  That is the
-price of symplectic Euler, to which it is conjugate and from which it has its stability and its
-lasting energy.
+evaluations of them: the two half drifts between neighbouring kicks are made as one.
 
 Forces that depend on the velocity are what a kick has to integrate to second order at resting
-positions.  Drag and air are (see `Dynamics.kick`); dashpots are taken at the velocity in the
-middle of the kick (the explicit midpoint rule), which a second evaluation of the springs pays.
+positions, and `Dynamics` does.  In a block of an odd number of steps dissipation may act in the
+middle one alone, for all of them: that is symmetric, and so still of second order.
 """
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
@@ -25,6 +24,7 @@ import numpy as np
 
 from ..lattice import Array
 from ..state import State
+from .steps import Block, Step, plan
 
 if TYPE_CHECKING:
     from ..dynamics import Dynamics
@@ -68,23 +68,33 @@ class PositionVerlet:
         return step
 
     def run(
-        self, state: State, steps: Iterable[float], move: Callable[[float], None]
+        self,
+        state: State,
+        blocks: Iterable[Block],
+        moved: Callable[[float], None],
+        *,
+        every_drift: bool,
     ) -> Iterator[None]:
-        """Carry `state` through `steps`, s; velocities and positions meet again at the end."""
-        before = 0.0
-        for h in steps:
-            move(0.5 * (before + h))
-            self._kick(state, h)
-            before = h
+        """Carry `state` through `blocks`; see the package."""
+        for block in blocks:
+            steps = self.steps(block)
+            if every_drift:
+                for step in steps:
+                    self._dynamics.carry(state, (step,))
+                    moved(step.drift)
+            else:
+                self._dynamics.carry(state, steps)
+                moved(block.substeps * block.h)
             yield
-        move(0.5 * before)
 
-    def _kick(self, state: State, h: float) -> None:
-        dynamics = self._dynamics
-        dynamics.accelerate(state)
-        if dynamics.damped:
-            start = state.velocity.copy()
-            dynamics.kick(state, 0.5 * h)
-            dynamics.accelerate(state)
-            np.copyto(state.velocity, start)
-        dynamics.kick(state, h)
+    @staticmethod
+    @functools.lru_cache(maxsize=64)
+    def steps(block: Block) -> tuple[Step, ...]:
+        """Return the kicks and drifts of a block."""
+        count, h, spacing = block
+        weights: list[int] = []
+        for plain, weight in plan(count, spacing):
+            weights += [0] * plain + [weight] * (weight > 0)
+        drifts = [h] * (count - 1) + [0.5 * h]
+        kicks = (Step(h, drift, weight) for drift, weight in zip(drifts, weights, strict=True))
+        return (Step(None, 0.5 * h), *kicks)
