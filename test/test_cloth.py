@@ -100,14 +100,6 @@ def test_a_tighter_tolerance_takes_more_substeps_and_is_closer():
     assert errors == sorted(errors, reverse=True)
 
 
-def test_coarse_leaves_only_stability():
-    cloth = Cloth(Scene().with_parameters({'solver.tolerance': 1e-6}))
-    fine = cloth.substep
-    cloth.coarse = True
-    assert cloth.substep > 10 * fine
-    assert cloth.substep < cloth.stability_limit
-
-
 def test_arrays_are_copies_that_say_so():
     cloth = Cloth(SMALL)
     with pytest.raises(ValueError, match='read-only'):

@@ -153,7 +153,11 @@ def test_energy_is_lost_at_the_same_rate_whatever_the_tick(method):
     for ticks in (30, 60, 240):
         cloth = Cloth(
             Scene().with_parameters(
-                {'rate': float(ticks), 'wind.air_density': 0.0, 'solver.method': method}
+                {
+                    'rate': float(ticks),
+                    'wind.air_density': 0.0,
+                    'solver.method': method,
+                }
             )
         )
         start = cloth.energy()

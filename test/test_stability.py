@@ -58,7 +58,7 @@ def undamped(**changes: object) -> Scene:
     )
 
 
-def growth(scene: Scene, stretch: float, factor: float) -> float:
+def growth(scene: Scene, stretch: float, factor: float, noise: float = 1e-9) -> float:
     """
     Run 1000 substeps of `factor` times the limit from near an equilibrium.
 
@@ -69,12 +69,12 @@ def growth(scene: Scene, stretch: float, factor: float) -> float:
     held = {'pins': ['0,:', '-1,:', ':,0', ':,-1'], 'springs.bending': 0.0}
     cloth = Cloth(scene.with_parameters(held))
     equilibrium = cloth.positions * (stretch, stretch, 1)
-    noise = np.random.default_rng(2).normal(0, 1e-9, equilibrium.shape)
-    cloth.positions = equilibrium + noise * ~cloth.scene.pinned()[..., None]
+    shifts = np.random.default_rng(2).normal(0, noise, equilibrium.shape)
+    cloth.positions = equilibrium + shifts * ~cloth.scene.pinned()[..., None]
     blocks = [Block(10, factor * cloth.stability_limit)] * 100
     for _ in cloth._method.run(cloth._state, blocks, cloth._moved, every_drift=False):
         pass
-    return float(np.abs(cloth.positions - equilibrium).max() / np.abs(noise).max())
+    return float(np.abs(cloth.positions - equilibrium).max() / np.abs(shifts).max())
 
 
 @every_method

@@ -14,13 +14,20 @@ from .dynamics import Dynamics
 from .energy import Energy, energy, largest_strain
 from .gusts import Gusts
 from .lattice import Array, Lattice, flat_sheet, read_only
-from .methods import method_of
 from .methods.steps import Block
 from .quantity import PARAMETER_NAMES, checked_vector, refuse
 from .scene import Scene
 from .sphere_path import SphereMotion
 from .state import State, greatest_speed
-from .substeps import LOOK_EVERY, ROUNDING, dissipation_spacing, refinement, substep_length
+from .substeps import (
+    LOOK_EVERY,
+    ROUNDING,
+    dissipation_spacing,
+    method_for,
+    precision_for,
+    refinement,
+    substep_length,
+)
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
@@ -39,21 +46,15 @@ class Cloth:
     finer
         Divides every substep that the scene, and the motion of its cloth, would take.
 
-    Attributes
-    ----------
-    coarse
-        True to take the longest stable substeps, whatever the tolerance asks for.
-
     """
 
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
         if not isinstance(scene, Scene):
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
-        self.coarse = False
         self._finer = finer
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
         self._origin = np.zeros((3, 1, 1))
-        self._state = State(self._lattice, _DTYPES[scene.solver.precision])
+        self._state = State(self._lattice, _DTYPES[precision_for(scene)])
         self._wind = np.zeros(3)
         self._air = np.zeros(3)
         self._contact: SphereContact | None = None
@@ -65,7 +66,7 @@ class Cloth:
     def _build(self, scene: Scene) -> None:
         """Make what a scene requires, around the present state."""
         self._scene = scene
-        dtype = _DTYPES[scene.solver.precision]
+        dtype = _DTYPES[precision_for(scene)]
         if self._state.dtype is not dtype:
             before, self._state = self._state, State(self._lattice, dtype)
             self._copy(before)
@@ -78,7 +79,8 @@ class Cloth:
             centre = self._sphere.centre - self._origin[:, 0, 0]
             self._contact = SphereContact(scene.sphere, self._lattice, centre)
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
-        self._method = method_of(scene.solver.method)(self._dynamics)
+        self._method = method_for(scene)(self._dynamics)
+        self._substep = substep_length(scene)
         self._stability_limit = scene.stability_limit()
         self._viscous = scene.rate_bounds()[1]
 
@@ -89,7 +91,6 @@ class Cloth:
 
     def adopt(self, other: Cloth) -> None:
         """Take over the state of another cloth of the same sheet, without what it was told."""
-        self.coarse = other.coarse
         self._copy(other._state)
         self._origin, self._time = other._origin, other._time
         self._wind, self._sphere = other._wind, SphereMotion(other.sphere_position)
@@ -154,7 +155,7 @@ class Cloth:
     @property
     def substep(self) -> float:
         """Length of the substeps, s; a whole number of them makes a tick of the scene's rate."""
-        return substep_length(self._scene, self._stability_limit, coarse=self.coarse)
+        return self._substep
 
     @property
     def substeps(self) -> int:
@@ -326,7 +327,7 @@ class Cloth:
         for first in range(0, count, LOOK_EVERY):
             self._follow()
             speed = greatest_speed(self._state)
-            fine = self._finer * refinement(self._scene, h, speed, coarse=self.coarse)
+            fine = self._finer * refinement(self._scene, h, speed)
             airspeed = speed + float(np.linalg.norm(self._air))
             spacing = dissipation_spacing(self._scene, h / fine, self._viscous, airspeed)
             for _ in range(fine):

@@ -75,11 +75,12 @@ class Dynamics:
         self._dashpots = scene.springs.damping / scene.sheet.particle_mass
         many = lattice.rows * lattice.columns >= _WORTH_THREADS
         self._team = team_of(scene.solver.threads if many else 1)
+        apart = apart or self.dissipative
         self._kernel = compose(
             *(name in present for name in ('structural', 'shear', 'bending')),
             self.damped,
             scene.has_air,
-            apart or self.dissipative,
+            apart,
             dtype is np.float64,
         )
         self._table = functools.lru_cache(maxsize=256)(self._make_table)
@@ -89,7 +90,7 @@ class Dynamics:
         # What a scene does without needs no memory, but a shape that the kernel can take.
         needless: Array = np.zeros((3, 0), dtype)
         self._facets = lattice.field(dtype, components=6) if scene.has_air else needless
-        self._middle = lattice.field(dtype) if apart or self.dissipative else needless
+        self._middle = lattice.field(dtype) if apart else needless
 
     def carry(self, state: State, steps: tuple[Step, ...]) -> None:
         """Carry `state` through `steps`."""

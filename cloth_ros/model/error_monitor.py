@@ -21,7 +21,7 @@ import numpy as np
 
 from .cloth import Cloth
 from .lattice import Array
-from .methods import method_of
+from .substeps import method_for
 
 _FINER = 2
 # Longest window, s of simulated time, and the wall-clock time, s, that it may take to sample it.
@@ -78,7 +78,7 @@ class ErrorMonitor:
 
     def forget(self) -> None:
         """Give up the present sample: the state of the cloth was changed from outside."""
-        self._tape: list[tuple[float, bool, tuple[float, ...], list[Array]]] = []
+        self._tape: list[tuple[float, tuple[float, ...], list[Array]]] = []
         self._recorded = 0.0
         self._recording = False
         self._ahead = self._cloth.time
@@ -104,7 +104,7 @@ class ErrorMonitor:
             self._ended = cloth.time
             self._recording = False
         if self._recording:
-            self._tape.append((seconds, cloth.coarse, cloth.wind, cloth.sphere_waypoints))
+            self._tape.append((seconds, cloth.wind, cloth.sphere_waypoints))
             self._recorded += seconds
             self._ahead = cloth.time + seconds
 
@@ -121,7 +121,7 @@ class ErrorMonitor:
                 if next(self._march, self) is not self:
                     continue
                 if self._tape:
-                    duration, self._twin.coarse, wind, waypoints = self._tape.pop(0)
+                    duration, wind, waypoints = self._tape.pop(0)
                     self._twin.wind = wind
                     for point in waypoints:
                         self._twin.move_sphere(point.tolist())
@@ -137,7 +137,7 @@ class ErrorMonitor:
 
     def _finish(self, goal: Array) -> None:
         distance = np.linalg.norm(self._twin.positions - goal, axis=-1)
-        power = _FINER ** method_of(self._cloth.scene.solver.method).order
+        power = _FINER ** method_for(self._cloth.scene).order
         scale = power / (power - 1)
         self.estimate = ErrorEstimate(
             largest=scale * float(distance.max()),

@@ -33,9 +33,7 @@ class Pass(IntEnum):
 
 
 # Constants of the kernel, which Numba takes as such.
-_DRIFT, _KICK_BY_SPRINGS, _KICK, _KICK_MIDDLE, _ACCELERATE, _ACCELERATE_MIDDLE, _FACETS = (
-    int(kind) for kind in Pass
-)
+_DRIFT, _KICK_BY_SPRINGS, _KICK, _KICK_MIDDLE, _ACCELERATE, _ACCELERATE_MIDDLE, _FACETS = range(7)
 
 
 # Columns of the table: the kind, what a kick multiplies velocities and accelerations by, the drift
@@ -107,7 +105,19 @@ def compose(
     apart: bool,
     double: bool,
 ) -> Kernel:
-    """Compose the kernel of a scene; `apart` if it is to accelerate apart from kicks."""
+    """
+    Compose the kernel of a scene.
+
+    Parameters
+    ----------
+    structural, shear, bending, damped, air
+        What there is.
+    apart
+        True if it must be able to accelerate apart from kicks.
+    double
+        True for double precision.
+
+    """
 
     @kernel
     def make(  # type: ignore[no-untyped-def]

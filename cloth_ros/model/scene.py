@@ -16,9 +16,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import scene_file, stability
-from .methods import METHODS, method_of
+from .methods import METHODS
 from .pins import pinned_particles
 from .quantity import Group, quantity, refuse, register
+from .substeps import method_for
 
 Vector = tuple[float, float, float]
 
@@ -202,8 +203,12 @@ class Solver(Group):
     tolerance: float = quantity(
         0.001, 'position error that auto aims for', unit='m', low=1e-6, high=1.0
     )
-    precision: str = quantity('single', 'floating point numbers', choices=('single', 'double'))
-    threads: int = quantity(1, 'threads that sheets from about 90 × 90 on share', low=1, high=64)
+    precision: str = quantity(
+        'single',
+        'floating point numbers; auto: double for tolerances below 1 mm',
+        choices=('single', 'double', 'auto'),
+    )
+    threads: int = quantity(1, 'threads that sheets from 64 × 64 on share', low=1, high=64)
     max_tick: float = quantity(
         0.1, 'longest wall-clock time made up in one tick', unit='s', low=1e-3, high=10.0
     )
@@ -311,7 +316,7 @@ class Scene(Group):
 
     def stability_limit(self) -> float:
         """Return the longest stable substep of the method, s; inf without springs."""
-        return method_of(self.solver.method).stable_step(*self.rate_bounds())
+        return method_for(self).stable_step(*self.rate_bounds())
 
 
 register(Scene)

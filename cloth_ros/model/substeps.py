@@ -1,12 +1,16 @@
-"""How long the substeps are: stable always, accurate as asked, and finer where that is free."""
+"""Which method, and how long its substeps: stable always, accurate as asked, finer where free."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from . import stability
-from .methods import method_of
-from .scene import Scene
+from .methods import METHODS, Method
+from .methods.position_verlet import PositionVerlet
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 # A share of a substep by which a count may be rounded down: a time that is a whole number of
 # substeps but for rounding is not given one more.
@@ -16,17 +20,13 @@ ROUNDING = 1e-6
 # that of the explicit methods is (2/h) asin(ω h/2).
 _RESOLVED = 0.15
 # Particle steps per second that no machine notices, and shortest substep, s, that is taken for
-# it: calling the kernels takes some 15 µs, however few the particles.  Small sheets are resolved
-# better for them.
+# it.  Small sheets are resolved better for them.
 _CHEAP = 3e6
 _SHORTEST = 2.5e-4
 
-# Position error of a second-order method at the stability limit, as a share of the sheet's
-# diagonal: what cloth_tradeoff measures on the scenes of config/, where they are not chaotic.
-_ERROR_AT_LIMIT = 2e-4
+# Tolerance, m, that single precision is good for.
+_SINGLE = 1e-3
 
-# Height, m, that even the smallest sheet is taken to fall.
-_LEAST_FALL = 0.5
 # Share of the shortest rest length that the fastest particle may move in a substep, and the
 # finest division of a substep to that end.
 _TRAVEL = 0.2
@@ -43,69 +43,56 @@ _BY_AIR = 0.1
 _BY_DASHPOTS = 0.5
 
 
-def substep_length(scene: Scene, stability_limit: float, *, coarse: bool = False) -> float:
-    """
-    Return the length of the substeps of a scene, s; a whole number of them makes a tick.
+def method_for(scene: Scene) -> type[Method]:
+    """Return the method of a scene; `auto` is the one that wins wherever it was measured."""
+    return METHODS.get(scene.solver.method, PositionVerlet)
 
-    The number is the scene's own, or the least that keeps three conditions:
+
+def precision_for(scene: Scene) -> str:
+    """
+    Return `single` or `double`; for `auto` what the tolerance needs.
+
+    Rounding in single precision decides how a cloth folds, and moves it by a millimetre or two
+    in a second (the hanging scene); below that, only double precision is of use.
+    """
+    if scene.solver.precision != 'auto':
+        return scene.solver.precision
+    return 'double' if scene.solver.tolerance < _SINGLE else 'single'
+
+
+def substep_length(scene: Scene) -> float:
+    """
+    Return the length of the substeps of a scene, s.
+
+    A whole number of them makes a tick: the scene's own, or the least that keeps
 
     * stability: at most `stability.SAFETY` of the limit;
-    * accuracy.  A first-order method is half a substep out of time, and a cloth that falls and
-      swings moves at up to sqrt(2 g L), L its diagonal, or with the wind; the product aims at
-      the tolerance, and `refinement` sees to cloths that are faster.  Of a second-order method it
-      is known by measurement how large its error is at the limit, and that it falls with the
-      square of the substep;
+    * accuracy: at most the step that the method takes for the tolerance;
     * every mode's frequency within 0.1 %, as far as that costs next to nothing.
-
-    Parameters
-    ----------
-    scene
-        What is simulated.
-    stability_limit
-        Longest stable substep, s.
-    coarse
-        True to keep the first condition only.
-
     """
+    method = method_for(scene)
     tick = 1 / scene.rate
-    longest = min(stability.SAFETY * stability_limit, tick)
-    if not coarse:
-        if scene.solver.substeps:
-            return tick / scene.solver.substeps
-        particles = scene.sheet.rows * scene.sheet.columns
-        resolved = 0.5 * _RESOLVED * stability_limit
-        longest = min(
-            longest,
-            _accurate(scene, stability_limit),
-            max(resolved, particles / _CHEAP, _SHORTEST),
-        )
+    if scene.solver.substeps:
+        return tick / scene.solver.substeps
+    limit = method.stable_step(*scene.rate_bounds())
+    particles = scene.sheet.rows * scene.sheet.columns
+    longest = min(
+        tick,
+        stability.SAFETY * limit,
+        method.accurate_step(scene),
+        max(0.5 * _RESOLVED * limit, particles / _CHEAP, _SHORTEST),
+    )
     return tick / math.ceil(tick / longest * (1 - ROUNDING))
 
 
-def _accurate(scene: Scene, stability_limit: float) -> float:
-    """Return the substep, s, whose error is about the tolerance."""
-    if method_of(scene.solver.method).order > 1:
-        at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
-        if at_limit == 0:
-            return math.inf
-        return stability_limit * math.sqrt(scene.solver.tolerance / at_limit)
-    fall = max(scene.sheet.diagonal, _LEAST_FALL)
-    speed = math.sqrt(2 * math.hypot(*scene.gravity) * fall)
-    if scene.has_air:
-        gust = scene.wind.gust.speed[1] if scene.wind.gust.period > 0 else 0.0
-        speed = max(speed, math.hypot(*scene.wind.velocity) + gust)
-    return 2 * scene.solver.tolerance / speed if speed > 0 else math.inf
-
-
-def refinement(scene: Scene, substep: float, speed: float, *, coarse: bool = False) -> int:
+def refinement(scene: Scene, substep: float, speed: float) -> int:
     """
     Return by how much a substep is to be divided for a cloth in fast motion.
 
-    For the sake of energy: the stability limit is that of a frozen state.  Where particles move
-    by more than a fraction of a rest length in a substep, springs turn over within it, and
-    explicit methods pump energy into them, without end where nothing damps.  For the sake of
-    accuracy with a first-order method, so that half a substep of motion stays within the
-    tolerance.  A number of substeps that the user has fixed is left alone.
+    The stability limit is that of a frozen state.  Where particles move by more than a fraction of
+    a rest length in a substep, springs turn over within it, and explicit methods at their limit
+    pump energy into them, without end where nothing damps.  A number of substeps that the user has
+    fixed is left alone.
 
     Parameters
     ----------
@@ -115,16 +102,11 @@ def refinement(scene: Scene, substep: float, speed: float, *, coarse: bool = Fal
         Its length in calm motion, s.
     speed
         Of the fastest particle, m/s.
-    coarse
-        True to leave accuracy out of it.
 
     """
     if scene.solver.substeps:
         return 1
-    travel = _TRAVEL * scene.sheet.shortest_spacing
-    if not coarse and method_of(scene.solver.method).order == 1:
-        travel = min(travel, 2 * scene.solver.tolerance)
-    division = speed * substep / travel
+    division = speed * substep / (_TRAVEL * scene.sheet.shortest_spacing)
     # Not finite compares as false.
     return max(math.ceil(division), 1) if division < _FINEST else _FINEST
 
@@ -145,7 +127,7 @@ def dissipation_spacing(scene: Scene, substep: float, viscous: float, airspeed: 
         Of the fastest particle in the air, m/s.
 
     """
-    if scene.solver.substeps or scene.solver.precision == 'double':
+    if scene.solver.substeps or precision_for(scene) == 'double':
         return 1
     dx, dy = scene.sheet.spacing
     air = 0.0

@@ -26,9 +26,9 @@ from collections.abc import Callable
 import numpy as np
 
 from .lattice import Array
-from .methods import method_of
 from .scene import Scene
 from .springs import ends, families
+from .substeps import method_for
 
 _STEPS = 200  # of the Arnoldi iteration at most
 # Residual at which it ends, as a share of the eigenvalue: no less than the error of that of a
@@ -164,7 +164,7 @@ def stability_limit(scene: Scene, positions: Array) -> float:
     free = ~scene.pinned()
     if not free.any() or not any(True for _ in families(scene)):
         return math.inf
-    method = method_of(scene.solver.method)
+    method = method_for(scene)
     tangent = Tangent(scene, np.moveaxis(np.asarray(positions, float), -1, 0))
     start = np.random.default_rng(0).standard_normal((3, *free.shape)) * free
     value, mode, _ = rightmost(tangent.stiffness, start)

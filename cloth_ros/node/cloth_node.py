@@ -30,9 +30,10 @@ from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth
 from ..model.error_monitor import ErrorMonitor
-from ..model.methods import method_of
+from ..model.substeps import method_for, precision_for
 from .frames import Frames
 from .main import Stop
+from .overload import Overload
 from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
 
@@ -56,6 +57,7 @@ class ClothNode(Node):
         self._cloth = Cloth(scene)
         self._pacing = Pacing()
         self._pacing.expect(self._cloth.compile())
+        self._overload = Overload(scene)
         self._monitor = ErrorMonitor(self._cloth)
         self._paused = False
         self._rejected: Counter[str] = Counter()
@@ -99,13 +101,10 @@ class ClothNode(Node):
         self.create_subscription(kind, topic, callback, qos, qos_overriding_options=overridable)
 
     def _greet(self) -> None:
-        scene, cloth = self._cloth.scene, self._cloth
+        scene = self._cloth.scene
         sheet = scene.sheet
         self._log.info(
-            f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz in '
-            f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms '
-            f'(stability limit {1e3 * cloth.stability_limit:.3g} ms) of '
-            f'{method_of(scene.solver.method).name}, {scene.solver.precision} precision'
+            f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz: {self._solution()}'
         )
         self._log.info(
             f'publishing {self._particles_out.topic_name}, {self._markers_out.topic_name} and '
@@ -174,6 +173,7 @@ class ClothNode(Node):
     def _simulate(self, elapsed: float) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
         substep = cloth.substep
+        lost = pacing.lost
         count = pacing.due(elapsed, substep, 1 / scene.rate, scene.solver.max_tick)
         if count == 0:
             return
@@ -192,12 +192,30 @@ class ClothNode(Node):
             return
         self._failing = False
         pacing.done(count, substep, time.perf_counter() - start)
-        if scene.solver.overload == 'coarsen':
-            if pacing.lost > 0:
-                cloth.coarse = True
-            elif cloth.coarse:
-                cloth.coarse = False
-                cloth.coarse = not pacing.recovered(cloth.substep)
+        if pacing.lost > lost:
+            self._follow_overload(changed=self._overload.relax(pacing.cost))
+
+    def _follow_overload(self, *, changed: bool) -> None:
+        """Go on with the scene that the machine can follow."""
+        if not changed:
+            return
+        self._cloth.configure(self._overload.scene)
+        self._monitor.restart()
+        if self._overload.level:
+            self._log.warning(f'overload, {self._overload}: {self._solution()}')
+        else:
+            self._log.info(f'the machine keeps up again: {self._solution()}')
+
+    def _solution(self) -> str:
+        """Say how the scene is solved, and what that costs."""
+        scene, cloth = self._cloth.scene, self._cloth
+        return (
+            f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms of '
+            f'{method_for(scene).name} in {precision_for(scene)} precision, for a tolerance of '
+            f'{1e3 * scene.solver.tolerance:.3g} mm; stability limit '
+            f'{1e3 * cloth.stability_limit:.3g} ms, cost without contact '
+            f'{100 * self._pacing.load(cloth.substep):.2g} % of real time'
+        )
 
     def _markers_due(self, now: float) -> bool:
         scene = self._cloth.scene
@@ -259,17 +277,21 @@ class ClothNode(Node):
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            changed_scene(self._cloth.scene, parameters)
+            changed_scene(self._overload.asked, parameters)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        before = self._cloth.scene
+        before = self._overload.asked
         scene = changed_scene(before, parameters)
         if scene is not before:
+            solution = self._solution()
             self._cloth.configure(scene)
             self._pacing.expect(self._cloth.compile())
+            self._overload = Overload(scene)
+            if self._solution() != solution:
+                self._log.info(self._solution())
             self._monitor.restart()
             # What that took, compiling maybe, is no time that the cloth has lost.
             self._last = self._ticking.now().nanoseconds
@@ -293,17 +315,21 @@ class ClothNode(Node):
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
             self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
-        elif cloth.coarse:
-            message = 'overload: coarsened to the stability limit'
+        elif self._overload.level:
+            message = f'overload: {self._overload}'
         else:
             message, level = 'running in real time', DiagnosticStatus.OK
         self._ticks = 0
+        if lost == 0:
+            self._follow_overload(changed=self._overload.recover(self._pacing.cost))
         if not self._diagnostics_out.get_subscription_count():
             return
         values = {
             'real-time factor': factor,
             'simulated time [s]': cloth.time,
             'substeps in the last tick': cloth.substeps,
+            'method': method_for(cloth.scene).name,
+            'tolerance [m]': cloth.scene.solver.tolerance,
             'step [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),

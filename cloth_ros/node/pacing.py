@@ -8,8 +8,6 @@ import math
 _SHARE = 0.8
 # Weight of the newest tick in the running mean of the cost of a substep.
 _NEWEST = 0.1
-# With `coarsen`: load, as a share of real time, under which accuracy is taken up again.
-_RECOVERED = 0.6
 
 
 class Pacing:
@@ -78,11 +76,12 @@ class Pacing:
 
     def load(self, substep: float) -> float:
         """Return the share of real time that substeps of this length take; 0 if unknown."""
-        return (self._cost or 0.0) / substep
+        return self.cost / substep
 
-    def recovered(self, substep: float) -> bool:
-        """Tell if the machine can keep up with substeps of this length again."""
-        return self.load(substep) < _RECOVERED
+    @property
+    def cost(self) -> float:
+        """Wall-clock time of a substep, s; 0 if unknown."""
+        return self._cost or 0.0
 
     def take_report(self) -> tuple[float, float]:
         """Return the real-time factor and the time lost, s, since the last report."""

@@ -28,11 +28,11 @@ import numpy as np
 from ..model import Scene
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array, Lattice, flat_sheet
-from ..model.methods import method_of
 from ..model.methods.steps import Block
 from ..model.passes import Pass
 from ..model.springs import families
 from ..model.state import State
+from ..model.substeps import method_for
 from ..model.tangent import rightmost, stability_limit
 
 # Pieces of larger sheets are as large as this in each direction: there are no edges to speak of.
@@ -116,7 +116,7 @@ class _Disturbances:
         self._state.pin(scene.pinned())
         self._lattice.grid(self._state.position)[...] = self._undisturbed
         self._dynamics = _Balanced(scene, self._state)
-        self._method = method_of(scene.solver.method)(self._dynamics)
+        self._method = method_for(scene)(self._dynamics)
         self._small = _SMALL * scene.sheet.shortest_spacing
         free = np.broadcast_to(~scene.pinned(), grid.shape)
         self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * free

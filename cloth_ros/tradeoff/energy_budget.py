@@ -22,9 +22,9 @@ import numpy as np
 from ..model import Cloth, Scene
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array
-from ..model.methods import method_of
 from ..model.methods.steps import Step
 from ..model.state import State
+from ..model.substeps import method_for
 from .reference import slightest_energy
 
 # Relative difference by which a drift in single precision may miss position plus velocity.
@@ -143,7 +143,7 @@ class AccountedCloth(Cloth):
     def _build(self, scene: Scene) -> None:
         super()._build(scene)
         self._heard = _Heard(self._dynamics)
-        self._method = method_of(scene.solver.method)(self._heard)  # type: ignore[arg-type]
+        self._method = method_for(scene)(self._heard)  # type: ignore[arg-type]
         self._forces = Dynamics(scene, self._lattice, self._air, np.float64, apart=True)
         self._still = State(self._lattice, np.float64)
         self._still.pin(scene.pinned())

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..model import Cloth, Scene
 from ..model.lattice import Array
-from ..model.methods import method_of
+from ..model.methods import METHODS
 
 _GRAVITY = 9.81  # m/s²
 _NO_GRAVITY = (0.0, 0.0, 0.0)
@@ -328,7 +328,7 @@ def _unresolved(method: str, viscous: float) -> _Measurement:
     """Compare modulus and phase of what a step of ω h = 1 multiplies an oscillation by."""
     rate = math.sqrt(_ELASTIC)
     z, h = _turn(method, rate=rate, solver__substeps=1, springs__damping=viscous * _MASS)
-    spectrum = np.linalg.eigvals(method_of(method).amplification(h, _ELASTIC, viscous))
+    spectrum = np.linalg.eigvals(METHODS[method].amplification(h, _ELASTIC, viscous))
     exact = complex(spectrum[np.argmax(spectrum.imag)])
     return np.array(cmath.polar(z)), np.array(cmath.polar(exact)), 1e-9
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..model import Scene
 from ..model.lattice import Array
-from ..model.methods import METHODS, method_of
+from ..model.methods import METHODS
 from ..model.stability import SAFETY
 from . import breaking, live_error
 from .energy_budget import AccountedCloth
@@ -261,7 +261,7 @@ class Study:
             scene = on_grid(self._scene, factor)
             if scene is None:
                 continue
-            substeps = least_substeps(scene, method_of('auto').name) * scene.rate
+            substeps = least_substeps(scene, 'position_verlet') * scene.rate
             particles = scene.sheet.rows * scene.sheet.columns
             seconds = self._course.seconds + self._schedule.begins
             expected = substeps * seconds * cost * particles

@@ -7,6 +7,8 @@ A method is a class with
 * ``amplification(h, elastic, viscous)``, the matrix by which a step multiplies the position and
   velocity of a damped oscillator, and ``stable_step(elastic, viscous)``, the longest step that is
   stable on every oscillator up to these;
+* ``accurate_step(scene)``, the longest step, s, that meets the scene's tolerance as far as
+  that can be said beforehand;
 * ``run(state, blocks, moved, every_drift=…)``, a generator that carries a `State` through blocks
   of substeps, see `Block`, and pauses after each.  Its `Dynamics` kicks and lets the particles
   drift; the method calls ``moved(h)`` when they have drifted for `h` s, with `every_drift` after
@@ -26,6 +28,7 @@ from .steps import Block
 if TYPE_CHECKING:
     from ..dynamics import Dynamics
     from ..lattice import Array
+    from ..scene import Scene
     from ..state import State
 
 
@@ -47,6 +50,11 @@ class Method(Protocol):
         """Return the longest stable step, s, for stiffness up to λ and damping up to μ."""
         ...
 
+    @staticmethod
+    def accurate_step(scene: Scene) -> float:
+        """Return the longest step, s, that meets the tolerance of a scene."""
+        ...
+
     def run(
         self,
         state: State,
@@ -59,9 +67,4 @@ class Method(Protocol):
         ...
 
 
-METHODS: dict[str, type[Method]] = {method.name: method for method in (PositionVerlet,)}
-
-
-def method_of(name: str) -> type[Method]:
-    """Return the method of this name; `auto` is the one that wins where it was measured."""
-    return METHODS['position_verlet' if name == 'auto' else name]
+METHODS: dict[str, type[Method]] = {PositionVerlet.name: PositionVerlet}

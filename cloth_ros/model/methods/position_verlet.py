@@ -28,6 +28,11 @@ from .steps import Block, Step, plan
 
 if TYPE_CHECKING:
     from ..dynamics import Dynamics
+    from ..scene import Scene
+
+# Position error at the stability limit, as a share of the sheet's diagonal: what cloth_tradeoff
+# measures on the scenes of config/, where they are not chaotic.
+_ERROR_AT_LIMIT = 2e-4
 
 
 class PositionVerlet:
@@ -66,6 +71,20 @@ class PositionVerlet:
         drift = np.array([[1, h], [0, 1]])
         step: Array = drift @ kick
         return step
+
+    @staticmethod
+    def accurate_step(scene: Scene) -> float:
+        """
+        Return the step whose error is about the tolerance, s.
+
+        The error is known by measurement at the stability limit, and falls with the square of
+        the step.
+        """
+        at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
+        if at_limit == 0:
+            return math.inf
+        limit = PositionVerlet.stable_step(*scene.rate_bounds())
+        return limit * math.sqrt(scene.solver.tolerance / at_limit)
 
     def run(
         self,
