@@ -2,6 +2,7 @@
 # make test  ruff, mypy and pytest
 # make pictures   the pictures of the README, into docs/pictures
 # make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
+# make bench      what a substep costs, beside the machine's limit and other engines
 # Each makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
@@ -14,7 +15,7 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test pictures study clean
+.PHONY: run test pictures study bench clean
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -30,6 +31,10 @@ pictures: $(VENV)/.ready-pictures-$(ROS)
 
 study: $(VENV)/.ready-run-$(ROS)
 	@tools/study.sh $(VENV) $(STUDY)
+
+bench: $(VENV)/.ready-bench-$(ROS)
+	$(VENV)/bin/python -m pytest bench --benchmark-json=$(VENV)/bench.json $(BENCH_ARGS)
+	$(VENV)/bin/python -m bench.report $(VENV)/bench.json docs/bench
 
 $(VENV)/.ready-%: setup.py tools/environment.sh
 	@tools/environment.sh $(VENV) $*

@@ -29,6 +29,7 @@ setup(
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             'pytest',
+            'pytest-benchmark',
             'pytest-timeout',
             'hypothesis',
             'scipy',
@@ -41,6 +42,16 @@ setup(
             'colcon-ros',
         ],
         'pictures': ['pyvista'],
+        # The engines that `make bench` compares with; what cannot be installed is left out there.
+        'bench': [
+            'pytest',
+            'pytest-timeout',
+            'pytest-benchmark',
+            'taichi; python_version < "3.14"',
+            'mujoco',
+            'newton',
+            'pybullet',
+        ],
     },
     entry_points={
         'console_scripts': [

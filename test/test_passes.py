@@ -94,7 +94,7 @@ def test_dissipation_in_one_of_several_substeps_is_of_second_order():
         cloth.positions = np.stack([x, y, z + 0.1 * np.cos(2 * x) * np.cos(3 * y)], -1)
         cloth._air[:] = cloth.wind
         blocks = [Block(9, 0.18 / substeps, spacing)] * (substeps // 9)
-        for _ in cloth._method.run(cloth._state, blocks, cloth._moved, every_drift=False):
+        for _ in cloth._method.run(cloth._state, blocks, cloth._moved, cloth._watched):
             pass
         return cloth.positions
 

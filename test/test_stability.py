@@ -72,7 +72,7 @@ def growth(scene: Scene, stretch: float, factor: float, noise: float = 1e-9) -> 
     shifts = np.random.default_rng(2).normal(0, noise, equilibrium.shape)
     cloth.positions = equilibrium + shifts * ~cloth.scene.pinned()[..., None]
     blocks = [Block(10, factor * cloth.stability_limit)] * 100
-    for _ in cloth._method.run(cloth._state, blocks, cloth._moved, every_drift=False):
+    for _ in cloth._method.run(cloth._state, blocks, cloth._moved, cloth._watched):
         pass
     return float(np.abs(cloth.positions - equilibrium).max() / np.abs(shifts).max())
 

@@ -300,9 +300,7 @@ class Cloth:
                 change = min(end, self._gusts.next_change(begin))
                 self._air += self._gusts.velocity(0.5 * (begin + change))
             blocks = self._blocks(change - begin)
-            yield from self._method.run(
-                self._state, blocks, self._moved, every_drift=self._every_drift
-            )
+            yield from self._method.run(self._state, blocks, self._moved, self._watched)
             self._time = change
         if not np.isfinite(self._state.velocity).all():
             self._state.position, self._state.velocity, self._time = before
@@ -315,10 +313,13 @@ class Cloth:
         if self._contact is not None:
             self._sphere.end()
 
-    @property
-    def _every_drift(self) -> bool:
-        """True if something may act between two substeps."""
-        return self._contact is not None
+    def _watched(self, block: Block) -> bool:
+        """Tell if the sphere may act on the sheet between two substeps of a block."""
+        if self._contact is None:
+            return False
+        return not self._contact.is_clear(
+            self._state, block.substeps * block.h, self._sphere.speed
+        )
 
     def _blocks(self, seconds: float) -> Iterator[Block]:
         """Yield the blocks of substeps of `seconds` in which the air does not change."""
@@ -390,7 +391,7 @@ class Cloth:
         start = time.perf_counter()
         spacing = dissipation_spacing(self._scene, self.substep, self._viscous, 0.0)
         blocks = [Block(count, 0.0, spacing)]
-        for _ in self._method.run(self._state, blocks, lambda _: None, every_drift=False):
+        for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):
             pass
         seconds = time.perf_counter() - start
         self._state.position[...], self._state.velocity[...] = position, velocity

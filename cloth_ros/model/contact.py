@@ -224,6 +224,15 @@ class SphereContact:
         """Look at the whole sheet again: positions or velocities were set from outside."""
         self._clearance = 0.0
 
+    def is_clear(self, state: State, seconds: float, sphere_speed: float) -> bool:
+        """
+        Tell if the sphere is so far away that it cannot reach the sheet within `seconds`.
+
+        Not even if the sheet became twice as fast meanwhile; `resolve` looks at that afterwards.
+        """
+        speed = 2 * greatest_speed(state) + sphere_speed
+        return self._clearance > seconds * speed  # False for NaN
+
     def resolve(self, state: State, h: float) -> None:
         """
         Carry the sphere through a substep that `state` has just made, and the contact with it.

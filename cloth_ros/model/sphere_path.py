@@ -23,6 +23,8 @@ class Path:
     ----------
     end
         Last point, m, shape (3,).
+    speed
+        m/s.
 
     """
 
@@ -31,6 +33,7 @@ class Path:
         self.end: Array = corners[-1]
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         distance = np.concatenate([[0.0], np.cumsum(lengths)])
+        self.speed = float(distance[-1] / seconds)
         self._straight: Array | None = None
         if len(points) <= 2:
             self._straight = (corners[-1] - corners[0]) / seconds
@@ -94,6 +97,11 @@ class SphereMotion:
                 'bring it nearer',
             )
         self.waypoints = [*self.waypoints[1 - _WAYPOINTS :], centre]
+
+    @property
+    def speed(self) -> float:
+        """Of the sphere in this advance, m/s."""
+        return self._path.speed
 
     def begin(self, start: float, seconds: float) -> None:
         """Set out on an advance of `seconds` from the time `start`, s, past the waypoints."""

@@ -36,6 +36,7 @@ from .main import Stop
 from .overload import Overload
 from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
+from .tick_times import TickTimes
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
 _DEPTH = 5
@@ -66,6 +67,7 @@ class ClothNode(Node):
         self._unfinished = 0
         self._failing = False
         self._ticks = 0
+        self._times = TickTimes()
         self._frames = Frames(self, scene.frame_id)
         self._particles = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
         self._markers: MarkersMessage | None = None
@@ -146,11 +148,21 @@ class ClothNode(Node):
             self._simulate(elapsed)
             # The state is as old as what is pending.
             self._stamp = max(stamp - int(self._pacing.pending * 1e9), 0)
+        start = time.perf_counter()
+        self._publish(now * 1e-9)
+        self._times.add((now - last) * 1e-9, time.perf_counter() - start)
+        steady, before = self._steady.now().nanoseconds, self._paid
+        self._paid = steady
+        if self._estimating and not self._paused:
+            # A share of a core is one of wall-clock time, whatever clock the ticks follow.
+            self._monitor.work(_ESTIMATING * min((steady - before) * 1e-9, _JUMP))
+
+    def _publish(self, now: float) -> None:
         seconds, nanoseconds = divmod(self._stamp, 1_000_000_000)
         if self._particles_out.get_subscription_count():
             message = self._particles.serialise(self._cloth, seconds, nanoseconds)
             self._particles_out.publish(message)
-        if self._markers_due(now * 1e-9) and self._markers_out.get_subscription_count():
+        if self._markers_due(now) and self._markers_out.get_subscription_count():
             if self._markers is None:
                 self._markers = MarkersMessage(self._cloth)
                 vanished = self._shown - self._markers.namespaces
@@ -158,11 +170,6 @@ class ClothNode(Node):
                     self._markers_out.publish(deletion(vanished, self._cloth.scene.frame_id))
                 self._shown = self._markers.namespaces
             self._markers_out.publish(self._markers.serialise(self._cloth, seconds, nanoseconds))
-        steady, before = self._steady.now().nanoseconds, self._paid
-        self._paid = steady
-        if self._estimating and not self._paused:
-            # A share of a core is one of wall-clock time, whatever clock the ticks follow.
-            self._monitor.work(_ESTIMATING * min((steady - before) * 1e-9, _JUMP))
 
     @property
     def _estimating(self) -> bool:
@@ -333,6 +340,7 @@ class ClothNode(Node):
             'step [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
+            **self._times.take_report(1 / cloth.scene.rate),
             'energy [J]': cloth.energy(),
             'largest strain': cloth.largest_strain(),
             **self._error(),

@@ -146,7 +146,7 @@ class _Disturbances:
         grid(state.position)[...] = self._undisturbed + self._small * field[0]
         grid(state.velocity)[...] = self._small / steps[0] * field[1]
         blocks = [Block(1, h) for h in steps]
-        for _ in self._method.run(state, blocks, lambda _: None, every_drift=False):
+        for _ in self._method.run(state, blocks, lambda _: None, lambda _: False):
             pass
         moved = grid(state.position) - self._undisturbed
         return np.stack([moved, steps[0] * grid(state.velocity)])

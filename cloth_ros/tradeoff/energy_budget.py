@@ -22,7 +22,7 @@ import numpy as np
 from ..model import Cloth, Scene
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array
-from ..model.methods.steps import Step
+from ..model.methods.steps import Block, Step
 from ..model.state import State
 from ..model.substeps import method_for
 from .reference import slightest_energy
@@ -213,8 +213,7 @@ class AccountedCloth(Cloth):
         self._velocity, self._before, self._corrected = now, (1 - share) * way, corrected
         self._heard.length, self._heard.weight = 0.0, 0
 
-    @property
-    def _every_drift(self) -> bool:
+    def _watched(self, block: Block) -> bool:
         return True
 
     def _moved(self, h: float) -> None:

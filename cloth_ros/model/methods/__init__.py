@@ -9,10 +9,11 @@ A method is a class with
   stable on every oscillator up to these;
 * ``accurate_step(scene)``, the longest step, s, that meets the scene's tolerance as far as
   that can be said beforehand;
-* ``run(state, blocks, moved, every_drift=…)``, a generator that carries a `State` through blocks
-  of substeps, see `Block`, and pauses after each.  Its `Dynamics` kicks and lets the particles
-  drift; the method calls ``moved(h)`` when they have drifted for `h` s, with `every_drift` after
-  each drift, so that whatever they meet on the way can act on them.
+* ``run(state, blocks, moved, watched)``, a generator that carries a `State` through blocks of
+  substeps, see `Block`, and pauses after each.  Its `Dynamics` kicks and lets the particles
+  drift; the method calls ``moved(h)`` when they have drifted for `h` s: after each drift of a
+  block that is ``watched(block)``, so that whatever they meet on the way can act on them, and at
+  the end of any other.
 
 To add one, write its file and name its class here.
 """
@@ -60,8 +61,7 @@ class Method(Protocol):
         state: State,
         blocks: Iterable[Block],
         moved: Callable[[float], None],
-        *,
-        every_drift: bool,
+        watched: Callable[[Block], bool],
     ) -> Iterator[None]:
         """Carry `state` through `blocks`."""
         ...

@@ -91,13 +91,12 @@ class PositionVerlet:
         state: State,
         blocks: Iterable[Block],
         moved: Callable[[float], None],
-        *,
-        every_drift: bool,
+        watched: Callable[[Block], bool],
     ) -> Iterator[None]:
         """Carry `state` through `blocks`; see the package."""
         for block in blocks:
             steps = self.steps(block)
-            if every_drift:
+            if watched(block):
                 for step in steps:
                     self._dynamics.carry(state, (step,))
                     moved(step.drift)

@@ -1,0 +1,72 @@
+"""The solver: by size, precision and threads, and what each effect adds."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import pytest
+
+from cloth_ros import Cloth
+
+from .sheets import SIZES, scene, time_substeps
+
+THREADS = [1, 2] if (os.cpu_count() or 1) > 1 else [1]
+
+
+@pytest.mark.parametrize('threads', THREADS)
+@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('size', SIZES)
+def test_size(benchmark, size, precision, threads):
+    """Springs of all families and gravity."""
+    changes = {'solver.precision': precision, 'solver.threads': threads}
+    cloth = Cloth(scene(size).with_parameters(changes))
+    time_substeps(benchmark, cloth, table='size', size=size, precision=precision, threads=threads)
+
+
+EFFECTS = {
+    'structural springs alone': {'springs__shear': 0.0, 'springs__bending': 0.0},
+    'all springs and gravity': {},
+    'with drag': {'drag': 0.5},
+    'with dashpots of 1e-5 N·s/m': {'springs__damping': 1e-5},
+    'with dashpots of 1e-3 N·s/m': {'springs__damping': 1e-3},
+    'with a row of pins': {'pins': ['0,:']},
+    'with still air': {'wind__air_density': 1.2},
+    'with wind and gusts': {
+        'wind__air_density': 1.2,
+        'wind__velocity': [0.0, 2.0, 1.0],
+        'wind__gust__period': 1.0,
+    },
+    'with a sphere far away': {'sphere__radius': 0.1, 'sphere__position': [0.0, 0.0, -50.0]},
+    'with drag, air and a sphere far away': {
+        'drag': 0.5,
+        'wind__air_density': 1.2,
+        'sphere__radius': 0.1,
+        'sphere__position': [0.0, 0.0, -50.0],
+    },
+}
+
+
+@pytest.mark.parametrize('effect', EFFECTS)
+def test_effect(benchmark, effect):
+    """What an effect costs at 128 × 128, in single precision and one thread."""
+    time_substeps(benchmark, Cloth(scene(128, **EFFECTS[effect])), table='effect', effect=effect)
+
+
+@pytest.mark.parametrize('radius', [0.05, 0.2])
+def test_contact(benchmark, radius):
+    """A free sheet of 64 × 64 that has come to lie on a sphere."""
+    cloth = Cloth(
+        scene(
+            64,
+            pins=[''],
+            drag=2.0,
+            sphere__radius=radius,
+            sphere__position=[0.0, 0.0, 1.45 - radius],
+            sphere__friction=1.0,
+        )
+    )
+    cloth.advance(0.3)
+    distance = np.linalg.norm(cloth.positions - cloth.sphere_position, axis=-1)
+    touching = int((distance < 1.02 * radius + 0.01).sum())
+    time_substeps(benchmark, cloth, table='contact', radius=radius, touching=touching)

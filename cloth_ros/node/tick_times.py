@@ -1,0 +1,30 @@
+"""How regular the ticks are, and how long messages take."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+class TickTimes:
+    """Times of the ticks since the last report, s."""
+
+    def __init__(self) -> None:
+        self._intervals: list[float] = []
+        self._messages: list[float] = []
+
+    def add(self, interval: float, messages: float) -> None:
+        """Note the time since the tick before, and what building and publishing messages took."""
+        self._intervals.append(interval)
+        self._messages.append(messages)
+
+    def take_report(self, period: float) -> dict[str, object]:
+        """Return the 99th percentile of what the intervals miss the period by, and of messages."""
+        intervals, messages = self._intervals, self._messages
+        self._intervals, self._messages = [], []
+        if not intervals:
+            return {}
+        missed = np.abs(np.array(intervals) - period)
+        return {
+            'tick jitter, 99th percentile [s]': float(np.percentile(missed, 99)),
+            'messages, 99th percentile [s]': float(np.percentile(messages, 99)),
+        }

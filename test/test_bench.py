@@ -1,0 +1,46 @@
+"""The benchmarks, in a form that takes seconds: that they run, and what is made of them."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.report import Report, load
+
+ROOT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope='module')
+def measured(tmp_path_factory) -> dict:
+    path = tmp_path_factory.mktemp('bench') / 'result.json'
+    some = 'test_limits or (test_size and 32) or test_effect or test_contact or 16-numpy'
+    some += ' or test_cloth_ros and 16'
+    command = [sys.executable, '-m', 'pytest', 'bench', '-q', f'--benchmark-json={path}']
+    done = subprocess.run(
+        [*command, '-k', some, '-p', 'no:cacheprovider'],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+    return load(path)
+
+
+def test_the_report_says_what_was_measured(measured, tmp_path):
+    report = Report(measured)
+    assert report.limit() > 0
+    text = report.text()
+    for heading in ('By size', 'Beside the limit', 'What an effect costs', 'other engines'):
+        assert heading in text
+    assert '32 × 32' in text
+    assert 'NumPy' in text
+    report.draw(tmp_path)
+    assert (tmp_path / 'cost.png').stat().st_size > 10_000
+    assert (tmp_path / 'cost.svg').read_text().startswith('<?xml')
+    # The host has no name in what is kept.
+    assert set(measured['machine']) >= {'processor', 'cores', 'numba'}
+    assert 'node' not in json.dumps(measured['machine'])
