@@ -45,7 +45,6 @@ class Cloth:
         What to simulate.
     finer
         Divides every substep that the scene, and the motion of its cloth, would take.
-
     """
 
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
@@ -373,24 +372,27 @@ class Cloth:
         """Return the largest relative change of length of any spring."""
         return largest_strain(self._world(), self._scene)
 
-    def warm_up(self) -> None:
-        """Compile every kernel that the scene uses; the state stays as it is."""
+    def warm_up(self) -> Iterator[str]:
+        """Compile what the scene uses, and say before each kernel what it is for."""
+        yield 'motion'
         self._idle(1)
         greatest_speed(self._state)
         if self._contact is not None:
+            yield 'contact'
             contact.warm_up(self._state.dtype)
 
     def compile(self) -> float:
         """Warm up, and return the wall-clock time of a substep without contact, s."""
-        self.warm_up()
+        for _ in self.warm_up():
+            pass
         return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
 
     def _idle(self, count: int) -> float:
         """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
         position, velocity = self._state.position.copy(), self._state.velocity.copy()
-        start = time.perf_counter()
         spacing = dissipation_spacing(self._scene, self.substep, self._viscous, 0.0)
         blocks = [Block(count, 0.0, spacing)]
+        start = time.perf_counter()
         for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):
             pass
         seconds = time.perf_counter() - start

@@ -19,8 +19,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .background import Background
 from .cloth import Cloth
 from .lattice import Array
+from .scene import Scene
 from .substeps import method_for
 
 _FINER = 2
@@ -51,9 +53,23 @@ class ErrorEstimate:
     time: float
 
 
+def _twin(scene: Scene) -> Cloth:
+    twin = Cloth(scene, finer=_FINER)
+    twin.compile()
+    return twin
+
+
 class ErrorMonitor:
     """
     Samples the error of a cloth, window after window.
+
+    Parameters
+    ----------
+    cloth
+        What is watched.
+    background
+        True to make the twin in a thread, as compiling its kernels may take seconds; there is no
+        estimate before it is made.
 
     Attributes
     ----------
@@ -62,8 +78,9 @@ class ErrorMonitor:
 
     """
 
-    def __init__(self, cloth: Cloth) -> None:
+    def __init__(self, cloth: Cloth, *, background: bool = False) -> None:
         self._cloth = cloth
+        self._background = background
         self._credit = 0.0
         self.restart()
 
@@ -72,9 +89,21 @@ class ErrorMonitor:
         self.estimate: ErrorEstimate | None = None
         self._window = 0.0
         scene = self._cloth.scene.with_parameters({'solver.precision': 'double'})
-        self._twin = Cloth(scene, finer=_FINER)
-        self._twin.warm_up()
+        self._coming = Background(lambda: _twin(scene))
+        if not self._background:
+            self._coming.wait()
         self.forget()
+
+    def report(self) -> dict[str, object]:
+        """Return the estimate by name and unit."""
+        if self.estimate is None:
+            return {'error estimate [m]': 'not yet sampled'}
+        return {
+            'error estimate [m]': self.estimate.largest,
+            'error estimate, root mean square [m]': self.estimate.rms,
+            'error estimate, over the last [s]': self.estimate.seconds,
+            'error estimate, up to simulated time [s]': self.estimate.time,
+        }
 
     def forget(self) -> None:
         """Give up the present sample: the state of the cloth was changed from outside."""
@@ -91,11 +120,13 @@ class ErrorMonitor:
 
         A window in which an advance went by without that is given up.
         """
-        cloth = self._cloth
+        cloth, twin = self._cloth, self._coming.made
+        if twin is None:
+            return
         if self._recording and cloth.time != self._ahead:
             self.forget()
         if not self._recording and self._goal is None:
-            self._twin.adopt(cloth)
+            twin.adopt(cloth)
             self.forget()
             self._recording = True
             self._began = time.perf_counter()
@@ -114,6 +145,9 @@ class ErrorMonitor:
 
         A substep is never divided: what it takes too long is taken off the next calls.
         """
+        twin = self._coming.made
+        if twin is None:
+            return
         self._credit = min(self._credit + seconds, max(seconds, 0.0) * 20)
         start = time.perf_counter()
         try:
@@ -122,12 +156,12 @@ class ErrorMonitor:
                     continue
                 if self._tape:
                     duration, wind, waypoints = self._tape.pop(0)
-                    self._twin.wind = wind
+                    twin.wind = wind
                     for point in waypoints:
-                        self._twin.move_sphere(point.tolist())
-                    self._march = self._twin.march(duration)
+                        twin.move_sphere(point.tolist())
+                    self._march = twin.march(duration)
                 elif self._goal is not None:
-                    self._finish(self._goal)
+                    self._finish(twin, self._goal)
                     break
                 else:
                     break
@@ -135,8 +169,8 @@ class ErrorMonitor:
             self.forget()
         self._credit -= time.perf_counter() - start
 
-    def _finish(self, goal: Array) -> None:
-        distance = np.linalg.norm(self._twin.positions - goal, axis=-1)
+    def _finish(self, twin: Cloth, goal: Array) -> None:
+        distance = np.linalg.norm(twin.positions - goal, axis=-1)
         power = _FINER ** method_for(self._cloth.scene).order
         scale = power / (power - 1)
         self.estimate = ErrorEstimate(

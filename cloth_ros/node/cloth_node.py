@@ -29,6 +29,7 @@ from ..messages.diagnostics import diagnostics_message
 from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth
+from ..model.background import Background, compile_for
 from ..model.error_monitor import ErrorMonitor
 from ..model.substeps import method_for, precision_for
 from .frames import Frames
@@ -43,6 +44,7 @@ _DEPTH = 5
 _WARNING_EVERY = 5.0  # s, between two warnings of one kind
 _JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
 _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
+_AT_ONCE = 0.1  # s, to wait for kernels before the cloth goes on without them
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
 
@@ -53,13 +55,17 @@ class ClothNode(Node):
         super().__init__('cloth', automatically_declare_parameters_from_overrides=True)
         scene = declare_scene(self)
         self._log = self.get_logger()
-        self._log.info('preparing the kernels; compiling them, the first time, takes a while')
+        self._log.info('kernels that were never compiled on this machine take some seconds each')
         self._stop = stop
         self._cloth = Cloth(scene)
+        for kernel in self._cloth.warm_up():
+            self._log.info(f'preparing the kernels of {kernel}')
         self._pacing = Pacing()
         self._pacing.expect(self._cloth.compile())
         self._overload = Overload(scene)
-        self._monitor = ErrorMonitor(self._cloth)
+        self._monitor = ErrorMonitor(self._cloth, background=True)
+        self._asked = scene
+        self._coming: Background[None] | None = None
         self._paused = False
         self._rejected: Counter[str] = Counter()
         self._timer: Any = None
@@ -136,6 +142,8 @@ class ClothNode(Node):
 
     def _tick(self) -> None:
         now, stamp = self._ticking.now().nanoseconds, self.get_clock().now().nanoseconds
+        if self._coming is not None and self._coming.done:
+            self._adopt()
         elapsed, last = (now - self._last) * 1e-9, self._last
         self._last = now
         self._ticks += 1
@@ -284,28 +292,35 @@ class ClothNode(Node):
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            changed_scene(self._overload.asked, parameters)
+            changed_scene(self._asked, parameters)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        before = self._overload.asked
-        scene = changed_scene(before, parameters)
+        before = self._asked
+        scene = self._asked = changed_scene(before, parameters)
         if scene is not before:
-            solution = self._solution()
-            self._cloth.configure(scene)
-            self._pacing.expect(self._cloth.compile())
-            self._overload = Overload(scene)
-            if self._solution() != solution:
-                self._log.info(self._solution())
-            self._monitor.restart()
-            # What that took, compiling maybe, is no time that the cloth has lost.
-            self._last = self._ticking.now().nanoseconds
-            self._markers = None
+            self._coming = Background(lambda: compile_for(scene))
+            if self._coming.wait(_AT_ONCE):
+                self._adopt()
+            else:
+                self._log.info('compiling kernels for what has changed; until then all goes on')
         clock_changed = any(parameter.name == 'use_sim_time' for parameter in parameters)
         if scene.rate != before.rate or clock_changed:
             self._start_ticking()
+
+    def _adopt(self) -> None:
+        """Go on with the scene that was asked for, now that its kernels are there."""
+        self._coming = None
+        solution = self._solution()
+        self._overload = Overload(self._asked)
+        self._cloth.configure(self._asked)
+        self._pacing.expect(self._cloth.compile())
+        self._monitor.restart()
+        self._markers = None
+        if self._solution() != solution:
+            self._log.info(self._solution())
 
     # Diagnostics
 
@@ -343,7 +358,7 @@ class ClothNode(Node):
             **self._times.take_report(1 / cloth.scene.rate),
             'energy [J]': cloth.energy(),
             'largest strain': cloth.largest_strain(),
-            **self._error(),
+            **self._monitor.report(),
             'sphere depth [m]': cloth.sphere_depth,
             'rejected inputs': self._rejected.total(),
             'rejected wind': self._rejected['wind'],
@@ -353,17 +368,6 @@ class ClothNode(Node):
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
         self._diagnostics_out.publish(diagnostics_message(header, name, message, values, level))
-
-    def _error(self) -> dict[str, object]:
-        estimate = self._monitor.estimate
-        if estimate is None:
-            return {'error estimate [m]': 'not yet sampled'}
-        return {
-            'error estimate [m]': estimate.largest,
-            'error estimate, root mean square [m]': estimate.rms,
-            'error estimate, over the last [s]': estimate.seconds,
-            'error estimate, up to simulated time [s]': estimate.time,
-        }
 
 
 def run(stop: Stop, args: list[str] | None) -> None:

@@ -104,7 +104,7 @@ class Schedule:
         for method in METHODS:
             for precision in ('single', 'double'):
                 changes = {'solver.method': method, 'solver.precision': precision}
-                Cloth(self.scene.with_parameters(changes)).warm_up()
+                Cloth(self.scene.with_parameters(changes)).compile()
 
     def _price(self) -> None:
         """Measure what a substep costs, contact included, and double precision more."""

@@ -238,7 +238,7 @@ class Study:
     def _run_setting(self, setting: Setting, reference: Run) -> tuple[Entry, Array]:
         """Run a setting once, and compare it with the reference."""
         cloth = make_cloth(self._scene, setting)
-        cloth.warm_up()
+        cloth.compile()
         run = simulate(cloth, self._course, wildest(reference, self._scene))
         largest, square = distances(run.positions, reference.positions)
         record = {
@@ -302,7 +302,7 @@ class Study:
     def _run_grid(self, scene: Scene, number: int) -> tuple[Entry, Array]:
         """Run the cloth on a grid; repeats are for the cost alone, and go the same way."""
         cloth = make_cloth(scene, replace(self._schedule.settings[0], substeps=0))
-        cloth.warm_up()
+        cloth.compile()
         course = replace(self._course, start=self._start_of(scene, self._schedule.begins))
         run = simulate(cloth, course)
         sheet = scene.sheet
