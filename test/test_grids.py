@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.tradeoff.grids import on_grid, sampled
+from cloth_ros.model.grids import on_grid, sampled
 
 
 def test_the_same_cloth_has_the_same_mass_size_and_stiffness():

@@ -366,3 +366,19 @@ def test_no_process_is_left_behind():
     children = Path(f'/proc/self/task/{os.getpid()}/children').read_text().split()
     names = [Path(f'/proc/{child}/cmdline').read_text() for child in children]
     assert not [name for name in names if 'cloth_node' in name]
+
+
+def test_an_overload_coarsens_the_grid_and_keeps_time(start_cloth, probe):
+    """Springs so stiff that no machine follows; softer ones are followed again."""
+    stiff = {'springs__structural': 1e7, 'springs__shear': 1e7}
+    node = start_cloth(solver__overload='coarsen', sheet__rows=64, sheet__columns=64, **stiff)
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    node.wait_for_output('times coarser')
+    probe.spin_until(lambda: 'coarser' in diagnosis(probe)['message'])
+    particles.clear()
+    probe.spin_until(lambda: len(particles) > 5)
+    assert (particles[-1].height, particles[-1].width) == (64, 64)
+    assert np.isfinite(numbers(particles[-1])).all()
+    results = set_parameters(probe, springs__structural=500.0, springs__shear=250.0)
+    assert all(result.successful for result in results)
+    probe.spin_until(lambda: 'real time' in diagnosis(probe)['message'])

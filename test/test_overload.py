@@ -24,23 +24,35 @@ def cost(scene: Scene, load: float) -> float:
 def test_an_overload_relaxes_the_tolerance_as_far_as_it_must():
     overload = Overload(ASKED)
     assert not overload.relax(cost(ASKED, 0.7))
-    assert overload.scene is ASKED
+    assert overload.level.scene is ASKED
     dear = cost(ASKED, 2.0)
     assert overload.relax(dear)
-    assert dear / substep_length(overload.scene) <= 0.65
-    assert overload.scene.solver.tolerance > ASKED.solver.tolerance
-    assert 'tolerance relaxed' in str(overload)
+    level = overload.level
+    assert level.spacing == 1
+    assert dear / substep_length(level.scene) <= 0.65
+    assert level.scene.solver.tolerance > ASKED.solver.tolerance
+    assert 'tolerance relaxed' in level.text
     # It changes nothing else.
-    back = overload.scene.with_parameters({'solver.tolerance': ASKED.solver.tolerance})
+    back = level.scene.with_parameters({'solver.tolerance': ASKED.solver.tolerance})
     assert back == ASKED
 
 
-def test_it_ends_at_the_stability_limit():
+def test_then_the_grid_is_coarsened_as_far_as_it_must():
     overload = Overload(ASKED)
-    assert overload.relax(1.0)
     limit = ASKED.stability_limit()
-    assert 0.8 * limit < substep_length(overload.scene) < limit
-    assert not overload.relax(1.0)
+    dear = 1.5 * limit  # at the stability limit 1.5 times too slow
+    assert overload.relax(dear)
+    assert overload.level.spacing == 2
+    assert overload.level.particles < 0.3 * 64**2
+    assert overload.level.substep > 1.5 * limit
+    assert 'grid 2 times coarser' in overload.level.text
+
+
+def test_it_ends_with_a_grid_of_a_few_particles():
+    overload = Overload(ASKED)
+    assert overload.relax(1e3)
+    assert 3 <= overload.level.particles**0.5 < 6
+    assert not overload.relax(1e3)
 
 
 def test_accuracy_is_taken_up_again_when_the_machine_can_follow():
@@ -48,23 +60,27 @@ def test_accuracy_is_taken_up_again_when_the_machine_can_follow():
     dear = cost(ASKED, 8.0)
     overload.relax(dear)
     assert not overload.recover(dear)
-    while overload.level:
-        assert overload.recover(cost(ASKED, 0.1))
-    assert overload.scene is ASKED
+    while overload.depth:
+        assert overload.recover(0.0)
+    assert overload.level.scene is ASKED
     assert not overload.recover(0.0)
 
 
 @pytest.mark.parametrize(
-    'changes', [{'solver.overload': 'slow_motion'}, {'solver.tolerance': 1.0}]
+    'changes',
+    [
+        {'solver.overload': 'slow_motion'},
+        {'sheet.rows': 1, 'sheet.columns': 2, 'solver.tolerance': 1.0},
+    ],
 )
 def test_where_there_is_nothing_to_give_up_nothing_changes(changes):
     scene = ASKED.with_parameters(changes)
     overload = Overload(scene)
     assert not overload.relax(1.0)
-    assert overload.scene is scene
+    assert overload.level.scene is scene
 
 
 def test_a_fixed_number_of_substeps_is_given_up_as_well():
     overload = Overload(ASKED.with_parameters({'solver.substeps': 5000}))
     assert overload.relax(1.0)
-    assert overload.scene.solver.substeps == 0
+    assert overload.level.scene.solver.substeps == 0

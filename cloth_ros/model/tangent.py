@@ -14,8 +14,8 @@ A method that kicks by −h E (K x + C v), K and C per unit mass and of the whol
 drifts, breaks in two ways.  Either a disturbance turns over in a step and returns as large as it
 was, z = −1, which is where E (h² K + 2 h C) has the eigenvalue 4; or damping alone makes it grow,
 which is where h times the largest eigenvalue of C exceeds what the method bears.  K and C have no
-modes in common, so that what a method says of oscillators is not enough.  E is I for symplectic
-Euler and I − h C/2 for the midpoint rule of position Verlet.
+modes in common, so that what a method says of oscillators is not enough.  E is I − h C/2 for the
+midpoint rule of position Verlet.
 """
 
 from __future__ import annotations

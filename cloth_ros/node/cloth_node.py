@@ -30,13 +30,15 @@ from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth
 from ..model.background import Background, compile_for
+from ..model.coarse import cloth_on, take_over
 from ..model.error_monitor import ErrorMonitor
-from ..model.substeps import method_for, precision_for
+from ..model.substeps import method_for
 from .frames import Frames
 from .main import Stop
-from .overload import Overload
+from .overload import Level, Overload
 from .pacing import Pacing
 from .parameters import changed_scene, declare_scene, typed
+from .solution import solution
 from .tick_times import TickTimes
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
@@ -63,6 +65,7 @@ class ClothNode(Node):
         self._pacing = Pacing()
         self._pacing.expect(self._cloth.compile())
         self._overload = Overload(scene)
+        self._spacing = 1
         self._monitor = ErrorMonitor(self._cloth, background=True)
         self._asked = scene
         self._coming: Background[None] | None = None
@@ -181,9 +184,9 @@ class ClothNode(Node):
 
     @property
     def _estimating(self) -> bool:
-        """True if someone listens to the error estimate, or there is none yet."""
+        """True if someone listens to the error estimate, or there is none yet, but could be."""
         listening = self._diagnostics_out.get_subscription_count() > 0
-        return listening or self._monitor.estimate is None
+        return self._spacing == 1 and (listening or self._monitor.estimate is None)
 
     def _simulate(self, elapsed: float) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
@@ -211,26 +214,25 @@ class ClothNode(Node):
             self._follow_overload(changed=self._overload.relax(pacing.cost))
 
     def _follow_overload(self, *, changed: bool) -> None:
-        """Go on with the scene that the machine can follow."""
-        if not changed:
-            return
-        self._cloth.configure(self._overload.scene)
-        self._monitor.restart()
-        if self._overload.level:
-            self._log.warning(f'overload, {self._overload}: {self._solution()}')
+        """Go on with what the machine can follow."""
+        if changed:
+            level = self._overload.level
+            self._go_on_with(level)
+            self._log.warning(f'overload, {level.text}: {self._solution()}')
+
+    def _go_on_with(self, level: Level) -> None:
+        """Simulate what a level says from here on."""
+        if level.spacing == self._spacing == 1:
+            self._cloth.configure(level.scene)
         else:
-            self._log.info(f'the machine keeps up again: {self._solution()}')
+            before, self._cloth = self._cloth, cloth_on(level.scene, level.spacing)
+            take_over(self._cloth, before)
+        self._spacing = level.spacing
+        self._pacing.expect(self._cloth.compile())
+        self._monitor = ErrorMonitor(self._cloth, background=True)
 
     def _solution(self) -> str:
-        """Say how the scene is solved, and what that costs."""
-        scene, cloth = self._cloth.scene, self._cloth
-        return (
-            f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms of '
-            f'{method_for(scene).name} in {precision_for(scene)} precision, for a tolerance of '
-            f'{1e3 * scene.solver.tolerance:.3g} mm; stability limit '
-            f'{1e3 * cloth.stability_limit:.3g} ms, cost without contact '
-            f'{100 * self._pacing.load(cloth.substep):.2g} % of real time'
-        )
+        return solution(self._cloth, self._pacing.load(self._cloth.substep))
 
     def _markers_due(self, now: float) -> bool:
         scene = self._cloth.scene
@@ -315,9 +317,7 @@ class ClothNode(Node):
         self._coming = None
         solution = self._solution()
         self._overload = Overload(self._asked)
-        self._cloth.configure(self._asked)
-        self._pacing.expect(self._cloth.compile())
-        self._monitor.restart()
+        self._go_on_with(self._overload.level)
         self._markers = None
         if self._solution() != solution:
             self._log.info(self._solution())
@@ -337,8 +337,8 @@ class ClothNode(Node):
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
             self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
-        elif self._overload.level:
-            message = f'overload: {self._overload}'
+        elif self._overload.depth:
+            message = f'overload: {self._overload.level.text}'
         else:
             message, level = 'running in real time', DiagnosticStatus.OK
         self._ticks = 0

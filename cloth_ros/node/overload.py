@@ -1,16 +1,19 @@
 """
-What `solver.overload: coarsen` does: the tolerance is relaxed until the machine keeps up.
+What `solver.overload: coarsen` does: accuracy is given up until the machine keeps up.
 
-It ends at the stability limit; what is still missing then is time, as with `slow_motion`.  What a
-change will cost is foreseen from what a substep costs now, so that one change does.  When the
-machine can follow more again, the cloth goes back, step by step, to what was asked for.
+First the tolerance is relaxed, down to the stability limit; then the grid is coarsened, each time
+to twice the spacing, which makes an eighth of the work, and shown as before.  What a change will
+cost is foreseen from what a substep costs now, so that one change does.  When the machine can
+follow more again, the cloth goes back, step by step, to what was asked for.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 from ..model import Scene
+from ..model.grids import on_grid
 from ..model.substeps import substep_length
 
 # Shares of real time: from which on a cloth is too dear, what a coarser one may take, and what a
@@ -21,52 +24,92 @@ _RECOVERED = 0.6
 _LOOSEST = 1.0  # m
 
 
+# Cost of a substep of few particles, s: that of calling the kernel.
+_CALL = 5e-6
+
+
+class Level(NamedTuple):
+    """
+    What may be simulated instead of what was asked for.
+
+    Attributes
+    ----------
+    scene
+        With another tolerance.
+    spacing
+        Of the grid, as a multiple of the scene's own.
+    substep
+        Its length, s.
+    particles
+        Of the grid.
+    text
+        What is given up.
+
+    """
+
+    scene: Scene
+    spacing: int
+    substep: float
+    particles: int
+    text: str
+
+
+def _level(scene: Scene, spacing: int, text: str) -> Level | None:
+    simulated = on_grid(scene, 1 / spacing)
+    if simulated is None:
+        return None
+    sheet = simulated.sheet
+    return Level(scene, spacing, substep_length(simulated), sheet.rows * sheet.columns, text)
+
+
 class Overload:
     """
-    The scene that the machine can follow.
+    What the machine can follow.
 
     Attributes
     ----------
     asked
         The scene as it was asked for.
-    level
-        How far it is coarsened; 0: not at all.
+    depth
+        How many levels lie between that and what is simulated; 0: nothing is given up.
 
     """
 
     def __init__(self, scene: Scene) -> None:
         self.asked = scene
-        self.level = 0
+        self.depth = 0
 
     @cached_property
-    def _ladder(self) -> list[tuple[Scene, str]]:
-        """Ever coarser scenes, each cheaper than the one before, and what they are."""
+    def _levels(self) -> list[Level]:
+        """Ever coarser levels, each cheaper than the one before."""
         asked = self.asked
-        scenes = [(asked, 'as asked')]
+        sheet = asked.sheet
+        substep = substep_length(asked)
+        levels = [Level(asked, 1, substep, sheet.rows * sheet.columns, 'as asked')]
         if asked.solver.overload != 'coarsen':
-            return scenes
+            return levels
         free = asked.with_parameters({'solver.substeps': 0})
-        tolerance, substep = asked.solver.tolerance, substep_length(asked)
+        tolerance = asked.solver.tolerance
         while tolerance < _LOOSEST:
             tolerance = min(2 * tolerance, _LOOSEST)
-            relaxed = free.with_parameters({'solver.tolerance': tolerance})
-            if substep_length(relaxed) > substep:
-                substep = substep_length(relaxed)
-                scenes.append((relaxed, f'tolerance relaxed to {tolerance:g} m'))
-        return scenes
+            scene = free.with_parameters({'solver.tolerance': tolerance})
+            level = _level(scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
+            if level is not None and level.substep > levels[-1].substep:
+                levels.append(level)
+        scene, spacing = levels[-1].scene.with_parameters({'solver.substeps': 0}), 2
+        while (level := _level(scene, spacing, f'grid {spacing} times coarser')) is not None:
+            levels.append(level)
+            spacing *= 2
+        return levels
 
     @property
-    def scene(self) -> Scene:
-        """The scene as it is to be simulated now."""
-        return self._ladder[self.level][0]
-
-    def __str__(self) -> str:
-        """Say what is given up."""
-        return self._ladder[self.level][1]
+    def level(self) -> Level:
+        """What is to be simulated now."""
+        return self._levels[self.depth]
 
     def relax(self, cost: float) -> bool:
         """
-        Take the finest scene that the machine can follow, if it cannot follow this one.
+        Take the finest level that the machine can follow, if it cannot follow this one.
 
         Parameters
         ----------
@@ -76,22 +119,27 @@ class Overload:
         Returns
         -------
         bool
-            True if the scene has changed.
+            True if the level has changed.
 
         """
-        before = self.level
-        if cost / substep_length(self.scene) > _OVERLOADED:
-            last = len(self._ladder) - 1
-            while self.level < last and cost / substep_length(self.scene) > _RELAXED:
-                self.level += 1
-        return self.level != before
+        before, now = self.depth, self.level
+        if cost / now.substep > _OVERLOADED:
+            last = len(self._levels) - 1
+            while self.depth < last and _load(self.level, now, cost) > _RELAXED:
+                self.depth += 1
+        return self.depth != before
 
     def recover(self, cost: float) -> bool:
-        """Take the next finer scene, if that is foreseen to cost little enough; see `relax`."""
-        if self.level == 0:
+        """Take the next finer level, if that is foreseen to cost little enough; see `relax`."""
+        if self.depth == 0:
             return False
-        finer = self._ladder[self.level - 1][0]
-        if cost / substep_length(finer) >= _RECOVERED:
+        if _load(self._levels[self.depth - 1], self.level, cost) >= _RECOVERED:
             return False
-        self.level -= 1
+        self.depth -= 1
         return True
+
+
+def _load(level: Level, now: Level, cost: float) -> float:
+    """Return the share of real time that a level will take, if a substep now costs `cost`."""
+    foreseen = cost * level.particles / now.particles
+    return max(foreseen, min(cost, _CALL)) / level.substep

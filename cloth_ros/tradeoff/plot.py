@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from . import verdict
 
-_COLOURS = {'position_verlet': '#1b6ca8', 'symplectic_euler': '#c8553d', 'auto': '#3a7d44'}
+_COLOURS = {'position_verlet': '#1b6ca8', 'auto': '#3a7d44'}
 _OTHER = '#6b4e71'
 _NAMES = {'auto': "the solver's own choice, for a tolerance in mm"}
 

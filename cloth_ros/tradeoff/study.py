@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..model import Scene
+from ..model.grids import on_grid, sampled
 from ..model.lattice import Array
 from ..model.methods import METHODS
 from ..model.stability import SAFETY
 from . import breaking, live_error
 from .energy_budget import AccountedCloth
-from .grids import on_grid, sampled
 from .machine import describe
 from .reference import (
     Horizon,

@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..model import Scene
-from ..model.lattice import Array
+from .compile import exact
+from .lattice import Array
+from .scene import Scene
 
 # Particles along a side that a finer grid is not to exceed.
 _MOST = 512
@@ -53,29 +54,39 @@ def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
     return [f'{row},{column}' for row, column in nearest] or ['']
 
 
-def _resampled(positions: Array, axis: int, count: int) -> Array:
-    """Return positions at `count` equally spaced places along an axis, linearly between."""
-    place = np.linspace(0, positions.shape[axis] - 1, count)
-    low = np.minimum(place.astype(int), max(positions.shape[axis] - 2, 0))
-    high = np.minimum(low + 1, positions.shape[axis] - 1)
-    shape = [1] * positions.ndim
-    shape[axis] = count
-    share = (place - low).reshape(shape)
-    low_end, high_end = np.take(positions, low, axis), np.take(positions, high, axis)
-    between: Array = (1 - share) * low_end + share * high_end
-    return between
+@exact
+def _interpolate(field, out):  # type: ignore[no-untyped-def]
+    """Write a field, shape (samples, rows, columns, 3), on another grid to `out`, linearly."""
+    samples, rows, columns, _ = field.shape
+    for row in range(out.shape[1]):
+        y = row * (rows - 1) / max(out.shape[1] - 1, 1)
+        r = min(int(y), max(rows - 2, 0))
+        below, down = min(r + 1, rows - 1), y - r
+        for column in range(out.shape[2]):
+            x = column * (columns - 1) / max(out.shape[2] - 1, 1)
+            c = min(int(x), max(columns - 2, 0))
+            beside, across = min(c + 1, columns - 1), x - c
+            for n in range(samples):
+                for axis in range(3):
+                    upper = field[n, r, c, axis] * (1 - across)
+                    upper += field[n, r, beside, axis] * across
+                    lower = field[n, below, c, axis] * (1 - across)
+                    lower += field[n, below, beside, axis] * across
+                    out[n, row, column, axis] = upper * (1 - down) + lower * down
 
 
 def sampled(positions: Array, rows: int, columns: int) -> Array:
     """
-    Return where the particles of a coarser grid are on a finer one.
+    Return where the particles of one grid are on another, linearly between its own.
 
     Parameters
     ----------
     positions
-        Of the finer grid, m, shape (samples, rows, columns, 3).
+        Of the other grid, m, shape (samples, rows, columns, 3).
     rows, columns
-        Of the coarser grid.
+        Of the one that is asked for.
 
     """
-    return _resampled(_resampled(positions, 1, rows), 2, columns)
+    out: Array = np.empty((len(positions), rows, columns, 3))
+    _interpolate(np.ascontiguousarray(positions, float), out)
+    return out

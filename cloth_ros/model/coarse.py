@@ -1,0 +1,98 @@
+"""A cloth that is simulated on a coarser grid than it is shown on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .cloth import Cloth
+from .grids import on_grid, sampled
+from .lattice import Array
+from .quantity import refuse
+from .scene import Scene
+
+
+class CoarseCloth(Cloth):
+    """
+    A scene on a grid whose spacing is a multiple of its own; see `grids.on_grid`.
+
+    What it says of positions and velocities is on the scene's own grid, linearly between the
+    particles of the coarser one; energy, strain and substeps are those of the coarser one.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    spacing
+        Multiple of the scene's own spacing.
+
+    Raises
+    ------
+    ValueError
+        The grid would have fewer than three particles along a side.
+
+    """
+
+    def __init__(self, scene: Scene, spacing: float) -> None:
+        self._shown = scene
+        coarse = on_grid(scene, 1 / spacing)
+        if coarse is None:
+            raise refuse(
+                'spacing', spacing, 'less: three particles a side must remain', 'halve it'
+            )
+        super().__init__(coarse)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, on its own grid."""
+        return self._shown
+
+    def _on_own_grid(self, field: Array) -> Array:
+        sheet = self._shown.sheet
+        there: Array = sampled(field[None], sheet.rows, sheet.columns)[0]
+        return there
+
+    @property
+    def positions(self) -> Array:
+        """Positions, m, shape (rows, columns, 3) of the scene; assign those of any grid."""
+        return self._on_own_grid(super().positions)
+
+    @positions.setter
+    def positions(self, value: Array) -> None:
+        own = super().positions
+        there = sampled(np.asarray(value)[None], *own.shape[:2])[0]
+        # Pins of the coarser grid are not quite where those of the scene are.
+        pinned = self._scene.pinned()
+        there[pinned] = own[pinned]
+        Cloth.positions.fset(self, there)  # type: ignore[attr-defined]
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities, m/s, shape (rows, columns, 3) of the scene; assign those of any grid."""
+        return self._on_own_grid(super().velocities)
+
+    @velocities.setter
+    def velocities(self, value: Array) -> None:
+        grid = (self._lattice.rows, self._lattice.columns)
+        there = sampled(np.asarray(value)[None], *grid)[0]
+        Cloth.velocities.fset(self, there)  # type: ignore[attr-defined]
+
+    def write_particles(self, out: Array) -> None:
+        """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
+        out[..., :3], out[..., 3:] = self.positions, self.velocities
+
+    def write_positions(self, out: Array) -> None:
+        """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
+        out[...] = self.positions
+
+
+def cloth_on(scene: Scene, spacing: float) -> Cloth:
+    """Return a cloth on a grid of a multiple of the scene's own spacing; 1: on its own."""
+    return Cloth(scene) if spacing == 1 else CoarseCloth(scene, spacing)
+
+
+def take_over(cloth: Cloth, other: Cloth) -> None:
+    """Have a new cloth go on from where another one of the same sheet is, whatever its grid."""
+    positions, pinned = other.positions.copy(), cloth.scene.pinned()
+    positions[pinned] = cloth.positions[pinned]
+    cloth.positions, cloth.velocities = positions, other.velocities
+    cloth._time, cloth._wind, cloth._sphere = other._time, other._wind, other._sphere
