@@ -221,16 +221,16 @@ class Report:
             ]
             if entries:
                 self._line(axes, entries, '^:', colour, f'{entries[0]["engine"]}, the same steps')
-        axes.axhline(self.limit(), color='#888888', linewidth=4, alpha=0.4)
-        axes.annotate(
-            'arithmetic of a step alone, single precision',
-            (16, self.limit()),
-            xytext=(0, -14),
-            textcoords='offset points',
-            color='#555555',
+        axes.axhline(
+            self.limit(),
+            color='#888888',
+            linewidth=4,
+            alpha=0.4,
+            label='the arithmetic of a step alone, single precision',
         )
         axes.set_xscale('log', base=2)
         axes.set_yscale('log')
+        axes.set_ylim(bottom=1)
         axes.xaxis.set_major_formatter('{x:g}²')
         axes.yaxis.set_major_formatter('{x:g}')
         axes.set_xlabel('particles of the sheet')

@@ -56,8 +56,7 @@ def test_engine(benchmark, name, size):
     except ImportError as error:
         pytest.skip(f'{engine.NAME} is not installed: {error}')
     sheet.advance()
-    rounds = 59 if size < 64 else 20
-    benchmark.pedantic(sheet.advance, rounds=rounds, iterations=1)
+    benchmark.pedantic(sheet.advance, rounds=59, iterations=1)
     information = {
         'table': 'engine',
         'engine': f'{engine.NAME} {version}',

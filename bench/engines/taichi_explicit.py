@@ -1,0 +1,120 @@
+"""
+Taichi: a kernel that gathers the twelve neighbours, on one thread of the CPU.
+
+Position Verlet in single precision, in as few substeps as Cloth takes.  As in its cloth tutorial,
+positions and velocities are fields of vectors, and the offsets of the neighbours are known when
+the kernel is compiled (`ti.static`), so that their loop is unrolled.  Unlike there, one
+launch makes all substeps of a tick, one after the other: that is 3.7 times as fast at 16 × 16 and
+1.2 times at 64 × 64.
+"""
+
+# No `from __future__ import annotations`: Taichi reads the annotations of kernels.
+from typing import Any
+
+import numpy as np
+
+NAME = 'Taichi explicit'
+
+_TICK = 1 / 60
+
+
+def version() -> str:
+    """Return the version of Taichi."""
+    import taichi
+
+    return '.'.join(map(str, taichi.__version__))
+
+
+def _kernel(position: Any, velocity: Any, neighbours: list[Any], h: float, gravity: float) -> Any:
+    """Compile a tick of `substeps` substeps of `h` seconds; neighbours: di, dj, k/m, k L/m."""
+    import taichi as ti
+
+    size = position.shape[0]
+
+    @ti.kernel
+    def tick(substeps: int):
+        for i, j in position:
+            position[i, j] += 0.5 * h * velocity[i, j]
+        # The substeps follow one another; with one thread there is nothing to share inside.
+        ti.loop_config(serialize=True)
+        for substep in range(substeps):
+            for i, j in ti.ndrange(size, size):
+                here = position[i, j]
+                pull = ti.Vector([0.0, 0.0, gravity])
+                for di, dj, stiffness, tension in ti.static(neighbours):
+                    k, m = i + di, j + dj
+                    if 0 <= k < size and 0 <= m < size:
+                        along = here - position[k, m]
+                        pull += (tension / along.norm() - stiffness) * along
+                if not (i == 0 and (j == 0 or j == size - 1)):
+                    velocity[i, j] += h * pull
+            # Two half drifts between kicks are one.
+            drift = h
+            if substep == substeps - 1:
+                drift = 0.5 * h
+            for i, j in ti.ndrange(size, size):
+                position[i, j] += drift * velocity[i, j]
+
+    return tick
+
+
+class Sheet:
+    """The benchmark's sheet of `size` × `size` particles."""
+
+    def __init__(self, size: int) -> None:
+        import taichi as ti
+
+        from cloth_ros import Scene
+        from cloth_ros.model.springs import families
+        from cloth_ros.model.substeps import substep_length
+
+        scene = Scene().with_parameters(
+            {
+                'sheet.rows': size,
+                'sheet.columns': size,
+                'sheet.position': [0.0, 0.0, 1.5],
+                'drag': 0.0,
+                'wind.air_density': 0.0,
+            }
+        )
+        self.substeps = round(_TICK / substep_length(scene))
+        self.settings = (
+            f'position Verlet, float32, fast math, 1 thread, {self.substeps} substeps a tick'
+        )
+        # One sheet at a time: this throws away the fields of those before.
+        ti.init(
+            arch=ti.cpu,
+            cpu_max_num_threads=1,
+            default_fp=ti.f32,
+            fast_math=True,
+            log_level=ti.ERROR,
+        )
+        mass = scene.sheet.particle_mass
+        neighbours = [
+            (
+                sign * f.rows,
+                sign * f.columns,
+                f.stiffness / mass,
+                f.stiffness / mass * f.rest_length,
+            )
+            for f in families(scene)
+            for sign in (1, -1)
+        ]
+        self._position = ti.Vector.field(3, ti.f32, (size, size))
+        self._velocity = ti.Vector.field(3, ti.f32, (size, size))
+        line = np.linspace(-0.5, 0.5, size)
+        start = np.zeros((size, size, 3), np.float32)
+        # Around the origin, for the digits that a height of 1.5 m would cost.
+        self._centre = np.array(scene.sheet.position, np.float32)
+        start[..., 0], start[..., 1] = np.meshgrid(line, line)
+        self._position.from_numpy(start)
+        h = _TICK / self.substeps
+        self._tick = _kernel(self._position, self._velocity, neighbours, h, scene.gravity[2])
+
+    def advance(self) -> None:
+        """Simulate 1/60 s."""
+        self._tick(self.substeps)
+
+    def positions(self) -> Any:
+        """Return the positions, m, shape (size, size, 3)."""
+        return self._position.to_numpy() + self._centre
