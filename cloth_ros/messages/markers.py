@@ -11,6 +11,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..model import Cloth
+from ..model.compile import exact
 from ..model.lattice import Array
 from ..model.springs import ends, families
 from .template import STAMP, Template
@@ -42,6 +43,21 @@ def deletion(namespaces: Iterable[str], frame_id: str) -> MarkerArray:
     header = Header(frame_id=frame_id)
     markers = [Marker(header=header, ns=name, action=Marker.DELETE) for name in namespaces]
     return MarkerArray(markers=markers)
+
+
+@exact
+def _write_quads(positions, out):  # type: ignore[no-untyped-def]
+    """Write the corners of both triangles of every quad; three times as fast as NumPy."""
+    for row in range(out.shape[0]):
+        for column in range(out.shape[1]):
+            for axis in range(3):
+                right, down = positions[row, column + 1, axis], positions[row + 1, column, axis]
+                out[row, column, axis] = positions[row, column, axis]
+                out[row, column, 3 + axis] = right
+                out[row, column, 6 + axis] = down
+                out[row, column, 9 + axis] = positions[row + 1, column + 1, axis]
+                out[row, column, 12 + axis] = down
+                out[row, column, 15 + axis] = right
 
 
 class MarkersMessage:
@@ -144,11 +160,8 @@ class MarkersMessage:
         return self._template.tobytes()
 
     def _write_triangles(self, view: Array) -> None:
-        p = self._positions
-        quads = view.reshape(p.shape[0] - 1, p.shape[1] - 1, 6, 3)
-        near, right, down, far = p[:-1, :-1], p[:-1, 1:], p[1:, :-1], p[1:, 1:]
-        for k, corner in enumerate((near, right, down, far, down, right)):
-            quads[:, :, k] = corner
+        rows, columns, _ = self._positions.shape
+        _write_quads(self._positions, view.reshape(rows - 1, columns - 1, 18))
 
     def _write_springs(self, view: Array) -> None:
         start = 0

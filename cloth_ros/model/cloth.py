@@ -51,6 +51,7 @@ class Cloth:
         if not isinstance(scene, Scene):
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
         self._finer = finer
+        self._look = LOOK_EVERY if finer == 1 else 1  # twins run in pauses, which are short
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
         self._origin = np.zeros((3, 1, 1))
         self._state = State(self._lattice, _DTYPES[precision_for(scene)])
@@ -324,14 +325,14 @@ class Cloth:
         """Yield the blocks of substeps of `seconds` in which the air does not change."""
         count = max(math.ceil(seconds / self.substep - ROUNDING), 1)
         h = seconds / count
-        for first in range(0, count, LOOK_EVERY):
+        for first in range(0, count, self._look):
             self._follow()
             speed = greatest_speed(self._state)
             fine = self._finer * refinement(self._scene, h, speed)
             airspeed = speed + float(np.linalg.norm(self._air))
             spacing = dissipation_spacing(self._scene, h / fine, self._viscous, airspeed)
             for _ in range(fine):
-                part = min(LOOK_EVERY, count - first)
+                part = min(self._look, count - first)
                 self._substeps += part
                 yield Block(part, h / fine, spacing)
 
@@ -383,8 +384,7 @@ class Cloth:
 
     def compile(self) -> float:
         """Warm up, and return the wall-clock time of a substep without contact, s."""
-        for _ in self.warm_up():
-            pass
+        list(self.warm_up())
         return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
 
     def _idle(self, count: int) -> float:
