@@ -22,6 +22,8 @@ _ROOTS = 12
 # Positions and velocities read, both written, and whether the particle moves; single precision.
 _BYTES = 52
 
+BEGIN, END = '<!-- make bench: begin -->', '<!-- make bench: end -->'
+
 Entry = dict[str, Any]
 
 
@@ -249,9 +251,32 @@ class Report:
         sizes = [entry['size'] for entry in entries]
         axes.plot(sizes, [_per_step(entry) for entry in entries], style, color=colour, label=label)
 
+    def summary(self) -> str:
+        """Return the table for the README: real-time factors by engine and size."""
+        engines: dict[str, dict[int, Entry]] = {}
+        for entry in self._of('engine'):
+            engines.setdefault(entry['engine'], {})[entry['size']] = entry
+        sizes = sorted({entry['size'] for entry in self._of('engine')})
+        rows = [
+            [name, *(f'{1 / 60 / of[size]["median"]:.3g}' if size in of else '' for size in sizes)]
+            for name, of in engines.items()
+        ]
+        header = ['times real time, one thread', *(f'{size} × {size}' for size in sizes)]
+        machine = self._result['machine']
+        lines = _table(header, rows)
+        lines.append(f'Measured on: {machine["processor"]}, {machine["vector instructions"]}.')
+        return '\n'.join(lines)
+
+    def insert(self, readme: Path) -> None:
+        """Put the summary into the README, between its marks."""
+        before, _, rest = readme.read_text().partition(BEGIN)
+        _, _, after = rest.partition(END)
+        if after:
+            readme.write_text(f'{before}{BEGIN}\n{self.summary()}\n{END}{after}')
+
 
 def main() -> None:
-    """Write the page, the plot and the JSON."""
+    """Write the page, the plot, the JSON and the README's table."""
     source, folder = Path(sys.argv[1]), Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
     result = load(source)
@@ -259,6 +284,7 @@ def main() -> None:
     (folder / 'result.json').write_text(json.dumps(result, indent=1) + '\n')
     (folder / 'README.md').write_text(report.text())
     report.draw(folder)
+    report.insert(Path('README.md'))
     print(report.text())
 
 

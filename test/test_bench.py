@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.report import Report, load
+from bench.report import BEGIN, END, Report, load
 
 ROOT = Path(__file__).parent.parent
 
@@ -38,6 +38,12 @@ def test_the_report_says_what_was_measured(measured, tmp_path):
         assert heading in text
     assert '32 × 32' in text
     assert 'NumPy' in text
+    readme = tmp_path / 'README.md'
+    readme.write_text(f'before\n{BEGIN}\nold\n{END}\nafter\n')
+    report.insert(readme)
+    assert 'old' not in readme.read_text()
+    assert '| cloth_ros |' in readme.read_text()
+    assert readme.read_text().endswith(f'{END}\nafter\n')
     report.draw(tmp_path)
     assert (tmp_path / 'cost.png').stat().st_size > 10_000
     assert (tmp_path / 'cost.svg').read_text().startswith('<?xml')
