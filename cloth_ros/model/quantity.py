@@ -256,6 +256,7 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArra
         raise refuse(name, vector, allowed, 'correct it') from None
     if array.shape != (3,):
         raise refuse(name, vector, allowed, 'give x, y and z')
-    if not np.all((limit.low <= array) & (array <= limit.high)):  # False for NaN
+    # In Python, three times as fast for three numbers; False for NaN.
+    if not all(limit.low <= number <= limit.high for number in array.tolist()):
         raise refuse(name, array.tolist(), allowed, 'correct it')
     return array

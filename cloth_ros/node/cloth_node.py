@@ -13,7 +13,6 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
@@ -33,6 +32,7 @@ from ..model.background import Background, compile_for
 from ..model.coarse import cloth_on, take_over
 from ..model.error_monitor import ErrorMonitor
 from ..model.substeps import method_for
+from .executor import quickest_executor
 from .frames import Frames
 from .main import Stop
 from .overload import Level, Overload
@@ -95,8 +95,6 @@ class ClothNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
-        # Wakes the executor to see a signal where no clock ticks.
-        self.create_timer(_STOP_WITHIN, lambda: None, clock=self._steady)
         self._start_ticking()
         self._greet()
 
@@ -384,14 +382,14 @@ def run(stop: Stop, args: list[str] | None) -> None:
         # rclpy's own handlers would end the context in the middle of a tick.
         try:
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            executor = SingleThreadedExecutor()
+            executor = quickest_executor()
             node = ClothNode(stop)
         except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
             raise SystemExit(' '.join(str(error).split())) from None
         executor.add_node(node)
         stop.defer()
         while not stop.asked:
-            executor.spin_once()
+            executor.spin_once(timeout_sec=_STOP_WITHIN)
     finally:
         stop.defer()
         try_shutdown()
