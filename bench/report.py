@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import matplotlib
+
+from cloth_ros.tradeoff.report import table
 
 # Of a substep with all springs and gravity, per particle: 12 springs of 3 subtractions, 5
 # operations for the squared length, 2 for the tension and 6 to add it; kick, decay and drift take
@@ -44,14 +45,9 @@ def _per_step(entry: Entry, key: str = 'median') -> float:
     return float(1e9 * entry[key] / entry['steps'])
 
 
-def _spread(entry: Entry, scale: Callable[[Entry, str], float] = _per_step) -> str:
-    return f'{scale(entry, "median"):.2f} ({scale(entry, "q1"):.2f} to {scale(entry, "q3"):.2f})'
-
-
-def _table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
-    header = list(header)
-    lines = ['| ' + ' | '.join(header) + ' |', '| --- ' * len(header) + '|']
-    return [*lines, *('| ' + ' | '.join(map(str, row)) + ' |' for row in rows), '']
+def _spread(entry: Entry) -> str:
+    median, low, high = (_per_step(entry, key) for key in ('median', 'q1', 'q3'))
+    return f'{median:.2f} ({low:.2f} to {high:.2f})'
 
 
 class Report:
@@ -82,10 +78,6 @@ class Report:
         """Return what moving the particles through memory would take alone, ns per particle."""
         (entry,) = self._of('limit', what='bytes moved')
         return float(1e9 * _BYTES / (entry['steps'] / entry['median']))
-
-    def engines(self, size: int) -> list[Entry]:
-        """Return what was measured of engines at a size."""
-        return self._of('engine', size=size)
 
     def text(self) -> str:
         """Return the page."""
@@ -124,7 +116,7 @@ class Report:
                 found = self._of('size', size=size, precision=precision, threads=threads)
                 row += [_spread(entry) for entry in found] or ['']
             rows.append(row)
-        return _table(['sheet', *names], rows)
+        return [table(['sheet', *names], rows), '']
 
     def _limits(self) -> list[str]:
         lines = [
@@ -139,7 +131,7 @@ class Report:
             (entry['what'], f'{1e-9 * entry["steps"] / entry["median"]:.1f} thousand million/s')
             for entry in self._of('limit', precision='single')
         ]
-        lines += _table(['what', 'rate'], rows)
+        lines += [table(['what', 'rate'], rows), '']
         limit, memory = self.limit(), self.memory_limit()
         lines += [
             f'That alone is {limit:.2f} ns of arithmetic, and {memory:.2f} ns of memory outside '
@@ -151,7 +143,7 @@ class Report:
             for entry in self._of('size', size=size, precision='single', threads=1):
                 bound = max(limit, memory) if size >= 1024 else limit
                 rows.append((f'{size} × {size}', f'{100 * bound / _per_step(entry):.0f} %'))
-        return lines + _table(['sheet', 'share'], rows)
+        return [*lines, table(['sheet', 'share'], rows), '']
 
     def _effects(self) -> list[str]:
         base = _per_step(self._of('effect', effect='all springs and gravity')[0])
@@ -165,7 +157,8 @@ class Report:
             '128 × 128, single precision, one thread. Air and dashpots act in one of several '
             'substeps, the fewer the stronger they are.',
             '',
-            *_table(['scene', 'ns', 'beside all springs and gravity'], rows),
+            table(['scene', 'ns', 'beside all springs and gravity'], rows),
+            '',
             'A free sheet of 64 × 64 particles that lies on a sphere:',
             '',
         ]
@@ -173,7 +166,7 @@ class Report:
             (f'{entry["radius"]:g} m', entry['touching'], _spread(entry))
             for entry in self._of('contact')
         ]
-        return lines + _table(['radius', 'particles near the sphere', 'ns'], rows)
+        return [*lines, table(['radius', 'particles near the sphere', 'ns'], rows), '']
 
     def _engines(self) -> list[str]:
         lines = [
@@ -199,7 +192,7 @@ class Report:
                 )
             )
         header = ['sheet', 'engine', 'real-time factor', 'times slower', 'strain', 'settings']
-        return lines + _table(header, rows)
+        return [*lines, table(header, rows), '']
 
     def draw(self, folder: Path) -> None:
         """Write ``cost.png`` and ``cost.svg``."""
@@ -263,9 +256,8 @@ class Report:
         ]
         header = ['times real time, one thread', *(f'{size} × {size}' for size in sizes)]
         machine = self._result['machine']
-        lines = _table(header, rows)
-        lines.append(f'Measured on: {machine["processor"]}, {machine["vector instructions"]}.')
-        return '\n'.join(lines)
+        where = f'{machine["processor"]}, {machine["vector instructions"]}'
+        return f'{table(header, rows)}\n\nMeasured on: {where}.'
 
     def insert(self, readme: Path) -> None:
         """Put the summary into the README, between its marks."""

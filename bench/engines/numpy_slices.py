@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from .. import sheets
+
 NAME = 'NumPy slices'
 
 _TICK = 1 / 60
@@ -55,19 +57,10 @@ class Sheet:
     """The benchmark's sheet of `size` × `size` particles."""
 
     def __init__(self, size: int) -> None:
-        from cloth_ros import Scene
         from cloth_ros.model.springs import families
         from cloth_ros.model.substeps import substep_length
 
-        scene = Scene().with_parameters(
-            {
-                'sheet.rows': size,
-                'sheet.columns': size,
-                'sheet.position': [0.0, 0.0, 1.5],
-                'drag': 0.0,
-                'wind.air_density': 0.0,
-            }
-        )
+        scene = sheets.scene(size)
         self.substeps = round(_TICK / substep_length(scene))
         self.settings = f'position Verlet, float32, {self.substeps} substeps a tick'
         self._h = np.float32(_TICK / self.substeps)

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from .. import sheets
+
 NAME = 'Taichi explicit'
 
 _TICK = 1 / 60
@@ -64,19 +66,10 @@ class Sheet:
     def __init__(self, size: int) -> None:
         import taichi as ti
 
-        from cloth_ros import Scene
         from cloth_ros.model.springs import families
         from cloth_ros.model.substeps import substep_length
 
-        scene = Scene().with_parameters(
-            {
-                'sheet.rows': size,
-                'sheet.columns': size,
-                'sheet.position': [0.0, 0.0, 1.5],
-                'drag': 0.0,
-                'wind.air_density': 0.0,
-            }
-        )
+        scene = sheets.scene(size)
         self.substeps = round(_TICK / substep_length(scene))
         self.settings = (
             f'position Verlet, float32, fast math, 1 thread, {self.substeps} substeps a tick'

@@ -60,6 +60,19 @@ def _settle(first, last, position, other, velocity, middle, h):  # type: ignore[
 
 
 @inlined
+def _accelerate(  # type: ignore[no-untyped-def]
+    first, last, position, velocity, out, free, row, springs, dashpots, structural, shear,
+    bending, damped, double,
+):  # fmt: skip
+    for i in range(first, last):
+        x, y, z = pull_all(
+            position, velocity, i, row, springs, dashpots,
+            structural, shear, bending, damped, double,
+        )  # fmt: skip
+        out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
+
+
+@inlined
 def _facets(first, last, position, facets, row, bounds):  # type: ignore[no-untyped-def]
     half = position.dtype.type(0.5)
     for i in range(first, last):
@@ -156,23 +169,15 @@ def compose(
                         other[2, i] = position[2, i] + h * w
                 elif apart:
                     if kind == _ACCELERATE:
-                        for i in range(first, last):
-                            x, y, z = pull_all(
-                                position, velocity, i, row, springs, dashpots,
-                                structural, shear, bending, damped, double,
-                            )  # fmt: skip
-                            acceleration[0, i] = free[i] * x
-                            acceleration[1, i] = free[i] * y
-                            acceleration[2, i] = free[i] * z
+                        _accelerate(
+                            first, last, position, velocity, acceleration, free, row, springs,
+                            dashpots, structural, shear, bending, damped, double,
+                        )  # fmt: skip
                     elif kind == _ACCELERATE_MIDDLE and damped:
-                        for i in range(first, last):
-                            x, y, z = pull_all(
-                                position, middle, i, row, springs, dashpots,
-                                structural, shear, bending, damped, double,
-                            )  # fmt: skip
-                            acceleration[0, i] = free[i] * x
-                            acceleration[1, i] = free[i] * y
-                            acceleration[2, i] = free[i] * z
+                        _accelerate(
+                            first, last, position, middle, acceleration, free, row, springs,
+                            dashpots, structural, shear, bending, damped, double,
+                        )  # fmt: skip
                     elif kind == _FACETS and air:
                         _facets(first, last, position, facets, row, bounds)
                     elif kind == _KICK_MIDDLE and damped:

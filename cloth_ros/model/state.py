@@ -1,4 +1,4 @@
-"""The state of a cloth, and its motion at given velocities."""
+"""The state of a cloth."""
 
 from __future__ import annotations
 
@@ -57,33 +57,6 @@ class State:
         self.lattice.grid(self.free)[...] = ~pinned
         self.velocity *= self.free
         self.acceleration *= self.free
-
-
-@kernel
-def _drift(position, velocity, h):  # type: ignore[no-untyped-def]
-    for i in range(np.uint64(position.size)):
-        position[i] += h * velocity[i]
-
-
-@kernel
-def _kick(velocity, acceleration, decay, gain):  # type: ignore[no-untyped-def]
-    for i in range(np.uint64(velocity.size)):
-        velocity[i] = decay * velocity[i] + gain * acceleration[i]
-
-
-def drift(state: State, h: float) -> None:
-    """Move every particle for `h` seconds at its velocity; pinned ones have none."""
-    _drift(state.position.reshape(-1), state.velocity.reshape(-1), state.dtype(h))
-
-
-def kick(state: State, decay: float, gain: float) -> None:
-    """Set every velocity to ``decay * velocity + gain * acceleration``."""
-    _kick(
-        state.velocity.reshape(-1),
-        state.acceleration.reshape(-1),
-        state.dtype(decay),
-        state.dtype(gain),
-    )
 
 
 @kernel

@@ -22,8 +22,6 @@ _OVERLOADED = 0.75
 _RELAXED = 0.65
 _RECOVERED = 0.6
 _LOOSEST = 1.0  # m
-
-
 # Cost of a substep of few particles, s: that of calling the kernel.
 _CALL = 5e-6
 
@@ -54,10 +52,7 @@ class Level(NamedTuple):
     text: str
 
 
-def _level(scene: Scene, spacing: int, text: str) -> Level | None:
-    simulated = on_grid(scene, 1 / spacing)
-    if simulated is None:
-        return None
+def _level(scene: Scene, simulated: Scene, spacing: int, text: str) -> Level:
     sheet = simulated.sheet
     return Level(scene, spacing, substep_length(simulated), sheet.rows * sheet.columns, text)
 
@@ -83,9 +78,7 @@ class Overload:
     def _levels(self) -> list[Level]:
         """Ever coarser levels, each cheaper than the one before."""
         asked = self.asked
-        sheet = asked.sheet
-        substep = substep_length(asked)
-        levels = [Level(asked, 1, substep, sheet.rows * sheet.columns, 'as asked')]
+        levels = [_level(asked, asked, 1, 'as asked')]
         if asked.solver.overload != 'coarsen':
             return levels
         free = asked.with_parameters({'solver.substeps': 0})
@@ -93,12 +86,12 @@ class Overload:
         while tolerance < _LOOSEST:
             tolerance = min(2 * tolerance, _LOOSEST)
             scene = free.with_parameters({'solver.tolerance': tolerance})
-            level = _level(scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
-            if level is not None and level.substep > levels[-1].substep:
+            level = _level(scene, scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
+            if level.substep > levels[-1].substep:
                 levels.append(level)
         scene, spacing = levels[-1].scene.with_parameters({'solver.substeps': 0}), 2
-        while (level := _level(scene, spacing, f'grid {spacing} times coarser')) is not None:
-            levels.append(level)
+        while (coarse := on_grid(scene, 1 / spacing)) is not None:
+            levels.append(_level(scene, coarse, spacing, f'grid {spacing} times coarser'))
             spacing *= 2
         return levels
 
