@@ -1,7 +1,7 @@
 import pytest
 
 from cloth_ros import Scene
-from cloth_ros.model import cloth as cloth_module
+from cloth_ros.model import simulation
 from cloth_ros.model.dynamics import Dynamics
 from cloth_ros.model.methods import METHODS
 from cloth_ros.tradeoff.energy_budget import AccountedCloth
@@ -73,5 +73,5 @@ def test_forces_that_are_not_by_their_laws_stay_unexplained(fault, monkeypatch):
     soft = {'springs.structural': 4.0, 'springs.shear': 2.0, 'springs.bending': 0.4, 'drag': 2.0}
     scene = Scene().with_parameters({'sheet.rows': 10, 'sheet.columns': 10, **soft})
     assert account(scene, 30).budget().closure < 0.001
-    monkeypatch.setattr(cloth_module, 'Dynamics', faulty)
+    monkeypatch.setattr(simulation, 'Dynamics', faulty)
     assert account(scene, 30).budget().closure > 0.01

@@ -113,7 +113,8 @@ class MarkersMessage:
             mark = np.array(_unlikely(number, 3 * length)).tobytes()
             places[marker.ns] = self._template.stretch(mark, length, count), (count, length, 3)
         if scene.sphere.radius > 0:
-            places['sphere'] = self._template.place(np.array(centre).tobytes()), (3,)
+            # Its position, and behind that its orientation and scale.
+            places['sphere'] = self._template.place(np.array(centre).tobytes()), (10,)
         action = self._template.place(_ACTION_MARK) + 8 if 'wind' in places else None
         self._template.freeze()
         self._views = {
@@ -154,7 +155,8 @@ class MarkersMessage:
         if 'springs' in views:
             self._write_springs(views['springs'])
         if 'sphere' in views:
-            views['sphere'][:] = cloth.sphere_position
+            views['sphere'][:3] = cloth.sphere_position
+            views['sphere'][7:] = 2 * cloth.sphere_radius
         if 'wind' in views:
             self._write_wind(views['wind'][0], cloth.air_velocity)
         return self._template.tobytes()

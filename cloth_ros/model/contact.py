@@ -10,6 +10,9 @@ wide as it must be:
 3. `sweep` moves the particles of these cells and the sphere together through the substep, in
    strides short enough that no triangle can get from one side of the sphere to the other.
 
+A sphere that appears inside the sheet, at the start or by a change from outside, would throw it
+out at once.  It therefore begins as large as there is room for it, and grows at `GROWTH`.
+
 Every cell is taken as four triangles, both diagonals: the contact has no preferred direction, and
 holds for whatever triangles a user draws.  A row of particles is a row of segments, and a single
 particle a point.
@@ -17,6 +20,7 @@ particle a point.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -25,12 +29,17 @@ from .compile import exact, reduction
 from .lattice import Array, Lattice
 from .scene import Sphere
 from .state import State, greatest_speed
-from .sweep import sweep
+from .sweep import deepest, sweep
 
 # Depth that is left uncorrected, as a share of the radius and in m: a tenth of what is promised,
 # which costs nothing, and lets shorter steps bring contact nearer to the truth.
 _TOLERANCE_SHARE = 1e-3
 _TOLERANCE = 1e-5
+# Depth, as a multiple of that, from which on a sphere has appeared in the sheet.
+_INSIDE = 10
+# Speed, m/s, at which a sphere grows that has appeared in the sheet, and what it begins with, m.
+GROWTH = 1.0
+_SMALLEST = 1e-4
 
 
 @reduction
@@ -183,13 +192,18 @@ def _load(position, velocity, free, particles, h, start, drift, points, speeds, 
 
 @exact
 def _store(position, velocity, particles, end, drift, points, speeds, moves):  # type: ignore[no-untyped-def]
-    """Write back what moves."""
+    """Write back what moves; return by how much velocities changed, summed over the particles."""
+    u, v, w = 0.0, 0.0, 0.0
     for n in range(len(particles)):
         if moves[n] > 0:
             i = particles[n]
+            u += speeds[n, 0] + drift[0] - velocity[0, i]
+            v += speeds[n, 1] + drift[1] - velocity[1, i]
+            w += speeds[n, 2] + drift[2] - velocity[2, i]
             for axis in range(3):
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = speeds[n, axis] + drift[axis]
+    return u, v, w
 
 
 class SphereContact:
@@ -199,7 +213,9 @@ class SphereContact:
     Attributes
     ----------
     centre, velocity
-        Of the sphere, m from the centre of the undeformed sheet and m/s, shape (3,).
+        Of the sphere, in the world, m and m/s, shape (3,).
+    radius
+        Of the sphere now, m.
     deepest
         Greatest depth, m, of a triangle in the sphere at the end of the last `resolve` that
         found contact, where it is above the tolerance: pins hold the sheet in the sphere.
@@ -211,18 +227,37 @@ class SphereContact:
         self.velocity = np.zeros(3)
         self.deepest = 0.0
         self._lattice = lattice
-        self._radius = sphere.radius
+        self.radius = self._radius = sphere.radius
         self._friction = sphere.friction
         self._tolerance = min(_TOLERANCE_SHARE * sphere.radius, _TOLERANCE)
         self._clearance = 0.0
+        self._work = 0.0
+        self._new = True
         cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
         self._cells = np.empty(cells, np.int32)
         self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
         self._local = np.full(lattice.size, -1, np.int32)
 
-    def forget(self) -> None:
-        """Look at the whole sheet again: positions or velocities were set from outside."""
+    def appear(self) -> None:
+        """Take the sheet as it is: positions, or the sphere, were set from outside."""
         self._clearance = 0.0
+        self._new = True
+
+    def go_back(self, centre: Array, radius: float) -> None:
+        """Return to where the sphere was."""
+        self.centre, self.radius = centre, radius
+        self._clearance = 0.0
+
+    def take_work(self) -> float:
+        """
+        Return the work that the sphere can have done since the last call, J for particles of 1 kg.
+
+        Seen from the sphere, contact adds no energy; seen from the world, an impulse J then adds
+        u·J at most, with u the velocity of the sphere.  What a growing sphere does is not known:
+        it is given as infinite.
+        """
+        work, self._work = self._work, 0.0
+        return work
 
     def is_clear(self, state: State, seconds: float, sphere_speed: float) -> bool:
         """
@@ -239,12 +274,36 @@ class SphereContact:
 
         Corrects positions and velocities of the particles that the sphere meets on the way.
         """
-        start, end = self.centre, self.centre + h * self.velocity
-        self.centre = end
+        start = self.centre - state.origin
+        end = start + h * self.velocity
+        self.centre = self.centre + h * self.velocity
+        if self._new:
+            self._find_room(state, start)
+        if self.radius < self._radius:
+            self.radius = min(self.radius + h * GROWTH, self._radius)
+            self._work = math.inf
         sphere_speed = float(np.linalg.norm(self.velocity))
         self._clearance -= h * (greatest_speed(state) + sphere_speed)
         if self._clearance > 0:
             return
+        count, self._clearance = self._find(state, h, start, end)
+        if count:
+            self._sweep(state, h, start, end, count)
+
+    def _find_room(self, state: State, centre: Array) -> None:
+        """Shrink the sphere to what fits, if it has appeared in the sheet."""
+        self._new = False
+        self.radius = self._radius
+        count, _ = self._find(state, 0.0, centre, centre)
+        if count:
+            particles, triangles = self._gather(count)
+            points = state.position[:, particles].T.astype(float) - centre
+            depth = deepest(points, triangles, self.radius)
+            if depth > _INSIDE * self._tolerance:
+                self.radius = max(self.radius - depth, min(_SMALLEST, self._radius))
+
+    def _find(self, state: State, h: float, start: Array, end: Array) -> tuple[int, float]:
+        """Find the cells that the sphere may touch on its way; see `find_cells`."""
         lattice = self._lattice
         count, clearance = find_cells(
             state.position,
@@ -256,15 +315,14 @@ class SphereContact:
             state.dtype(h),
             np.minimum(start, end),
             np.maximum(start, end),
-            self._radius,
-            sphere_speed,
+            self.radius,
+            float(np.linalg.norm(self.velocity)),
             self._cells,
         )
-        self._clearance = clearance
-        if count:
-            self._sweep(state, h, start, count)
+        return count, (clearance if self.radius == self._radius else 0.0)
 
-    def _sweep(self, state: State, h: float, start: Array, count: int) -> None:
+    def _gather(self, count: int) -> tuple[Array, Array]:
+        """Return the particles of the found cells, and their triangles; see `gather`."""
         lattice = self._lattice
         number, triangles = gather(
             self._cells,
@@ -276,15 +334,20 @@ class SphereContact:
             self._particles,
             self._local,
         )
-        particles = self._particles[:number]
+        return self._particles[:number], triangles
+
+    def _sweep(self, state: State, h: float, start: Array, end: Array, count: int) -> None:
+        particles, triangles = self._gather(count)
+        number = len(particles)
         points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
         fields = (state.position, state.velocity)
         _load(*fields, state.free, particles, h, start, self.velocity, points, speeds, moves)
         self.deepest, touched = sweep(
-            points, speeds, moves, triangles, self._radius, self._friction, h, self._tolerance
+            points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
         )
         if touched:
-            _store(*fields, particles, self.centre, self.velocity, points, speeds, moves)
+            change = _store(*fields, particles, end, self.velocity, points, speeds, moves)
+            self._work += float(self.velocity @ np.array(change))
 
 
 def warm_up(dtype: Any) -> None:

@@ -23,7 +23,7 @@ from .methods.steps import Step
 from .passes import Pass, compose
 from .scene import Scene
 from .state import State
-from .team import team_of
+from .team import CHUNK, team_of
 
 # Particles from which on threads pay for their start.
 _WORTH_THREADS = 4096
@@ -52,6 +52,8 @@ class Dynamics:
         numpy.float32 or numpy.float64.
     apart
         True to accelerate apart from kicks, for whoever has to look in between.
+    more_drag
+        Decay rate of velocity on top of the scene's, 1/s.
 
     Attributes
     ----------
@@ -63,7 +65,14 @@ class Dynamics:
     """
 
     def __init__(
-        self, scene: Scene, lattice: Lattice, wind: Array, dtype: type, *, apart: bool = False
+        self,
+        scene: Scene,
+        lattice: Lattice,
+        wind: Array,
+        dtype: type,
+        *,
+        apart: bool = False,
+        more_drag: float = 0.0,
     ) -> None:
         self.wind = wind
         self._apart = apart
@@ -71,7 +80,7 @@ class Dynamics:
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
         self.dissipative = self.damped or scene.has_air
-        self._drag = scene.drag
+        self._drag, self._mass = scene.drag + more_drag, scene.sheet.particle_mass
         self._dashpots = scene.springs.damping / scene.sheet.particle_mass
         many = lattice.rows * lattice.columns >= _WORTH_THREADS
         self._team = team_of(scene.solver.threads if many else 1)
@@ -91,6 +100,7 @@ class Dynamics:
         needless: Array = np.zeros((3, 0), dtype)
         self._facets = lattice.field(dtype, components=6) if scene.has_air else needless
         self._middle = lattice.field(dtype) if apart else needless
+        self._work = np.zeros((lattice.end - lattice.begin) // CHUNK + 1)
 
     def carry(self, state: State, steps: tuple[Step, ...]) -> None:
         """Carry `state` through `steps`."""
@@ -99,6 +109,12 @@ class Dynamics:
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; `apart` must be true."""
         self._make(state, np.array([(Pass.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)]))
+
+    def take_work(self) -> float:
+        """Return the work that the air has done since the last call, J."""
+        work = self._mass * float(self._work.sum())
+        self._work[:] = 0
+        return work
 
     def _make_table(self, steps: tuple[Step, ...]) -> Array:
         return np.array([row for step in steps for row in self._rows(step)])
@@ -140,6 +156,7 @@ class Dynamics:
             self._springs,
             tuple(number(component) for component in self.wind),
             self._bounds,
+            self._work,
         )
         if np.count_nonzero(table[:, 0] <= Pass.KICK) % 2:
             state.position, state.other = state.other, state.position

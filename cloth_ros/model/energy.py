@@ -1,14 +1,17 @@
-"""Energy and strain of a state, in double precision."""
+"""Energy and strain of a state."""
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 
-from .lattice import Array
+from .compile import Kernel, inlined, kernel
+from .lattice import GHOST_DISTANCE_SQUARED, Array
 from .scene import Scene
 from .springs import ends, families
+from .state import State
 
 
 class Energy(NamedTuple):
@@ -23,6 +26,11 @@ class Energy(NamedTuple):
         """Sum of all kinds, J."""
         return self.kinetic + self.elastic + self.gravitational
 
+    @property
+    def motion(self) -> float:
+        """Kinetic and elastic energy, J: what turns into one another in a swing."""
+        return self.kinetic + self.elastic
+
 
 def _lengths(grid: Array, scene: Scene) -> list[tuple[float, float, Array]]:
     """Return stiffness, rest length and present lengths of every family of springs."""
@@ -36,7 +44,7 @@ def _lengths(grid: Array, scene: Scene) -> list[tuple[float, float, Array]]:
 
 def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
     """
-    Return the energy of a state.
+    Return the energy of a state, in double precision.
 
     Parameters
     ----------
@@ -67,3 +75,102 @@ def largest_strain(positions: Array, scene: Scene) -> float:
         ),
         default=0.0,
     )
+
+
+@inlined
+def _stretch_squared(position, i, j, rest, ghost):  # type: ignore[no-untyped-def]
+    """Return (length − rest length)² of the spring from i to j, m²; 0 if one is a ghost."""
+    x = position[0, j] - position[0, i]
+    y = position[1, j] - position[1, i]
+    z = position[2, j] - position[2, i]
+    squared = x * x + y * y + z * z
+    stretch = np.sqrt(squared) - rest
+    if squared > ghost:
+        stretch = rest - rest
+    return stretch * stretch
+
+
+@functools.cache
+def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
+    """Compose the kernel that sums what there is."""
+
+    @kernel
+    def sums(position, velocity, begin, stride, rows, columns, k, rest, ghost, out):  # type: ignore[no-untyped-def]
+        # Row by row, in the precision of the state, and the rows in double precision.
+        row, one = np.uint64(stride), np.uint64(1)
+        for n in range(rows):
+            first = np.uint64(begin + n * stride)
+            last = first + np.uint64(columns)
+            squares = elastic = x = y = z = ghost - ghost
+            for i in range(first, last):
+                u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+                squares += u * u + v * v + w * w
+                x, y, z = x + position[0, i], y + position[1, i], z + position[2, i]
+                if structural:
+                    across = _stretch_squared(position, i, i + one, rest[0], ghost)
+                    down = _stretch_squared(position, i, i + row, rest[1], ghost)
+                    elastic += k[0] * (across + down)
+                if shear:
+                    right = _stretch_squared(position, i, i + row + one, rest[2], ghost)
+                    left = _stretch_squared(position, i, i + row - one, rest[2], ghost)
+                    elastic += k[1] * (right + left)
+                if bending:
+                    across = _stretch_squared(position, i, i + one + one, rest[3], ghost)
+                    down = _stretch_squared(position, i, i + row + row, rest[4], ghost)
+                    elastic += k[2] * (across + down)
+            out[0] += squares
+            out[1] += elastic
+            out[2] += x
+            out[3] += y
+            out[4] += z
+
+    return sums
+
+
+class EnergyMeter:
+    """
+    Measures the energy of a state in about the time of a substep, to the state's precision.
+
+    Parameters
+    ----------
+    scene
+        Its masses, springs and gravity.
+    dtype
+        Precision of the states.
+
+    """
+
+    def __init__(self, scene: Scene, dtype: type) -> None:
+        springs, sheet = scene.springs, scene.sheet
+        present = {family.name for family in families(scene)}
+        dx, dy = sheet.spacing
+        self._mass, self._gravity = sheet.particle_mass, np.array(scene.gravity)
+        self._particles = sheet.rows * sheet.columns
+        self._kernel = _compose(*(name in present for name in ('structural', 'shear', 'bending')))
+        self._stiffness = tuple(
+            dtype(k) for k in (springs.structural, springs.shear, springs.bending)
+        )
+        self._rest = tuple(dtype(r) for r in (dx, dy, np.hypot(dx, dy), 2 * dx, 2 * dy))
+        self._ghost = dtype(GHOST_DISTANCE_SQUARED)
+
+    def measure(self, state: State) -> Energy:
+        """Return the energy of a state."""
+        lattice, sums = state.lattice, np.zeros(5)
+        self._kernel(
+            state.position,
+            state.velocity,
+            lattice.begin,
+            lattice.stride,
+            lattice.rows,
+            lattice.columns,
+            self._stiffness,
+            self._rest,
+            self._ghost,
+            sums,
+        )
+        place = sums[2:] + self._particles * state.origin
+        return Energy(
+            kinetic=0.5 * self._mass * float(sums[0]),
+            elastic=0.5 * float(sums[1]),
+            gravitational=-self._mass * float(self._gravity @ place),
+        )

@@ -150,23 +150,20 @@ class ErrorMonitor:
             return
         self._credit = min(self._credit + seconds, max(seconds, 0.0) * 20)
         start = time.perf_counter()
-        try:
-            while self._credit > time.perf_counter() - start:
-                if next(self._march, self) is not self:
-                    continue
-                if self._tape:
-                    duration, wind, waypoints = self._tape.pop(0)
-                    twin.wind = wind
-                    for point in waypoints:
-                        twin.move_sphere(point.tolist())
-                    self._march = twin.march(duration)
-                elif self._goal is not None:
-                    self._finish(twin, self._goal)
-                    break
-                else:
-                    break
-        except FloatingPointError:
-            self.forget()
+        while self._credit > time.perf_counter() - start:
+            if next(self._march, self) is not self:
+                continue
+            if self._tape:
+                duration, wind, waypoints = self._tape.pop(0)
+                twin.wind = wind
+                for point in waypoints:
+                    twin.move_sphere(point.tolist())
+                self._march = twin.march(duration)
+            elif self._goal is not None:
+                self._finish(twin, self._goal)
+                break
+            else:
+                break
         self._credit -= time.perf_counter() - start
 
     def _finish(self, twin: Cloth, goal: Array) -> None:

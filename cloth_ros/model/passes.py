@@ -84,28 +84,38 @@ def _kick(  # type: ignore[no-untyped-def]
     first, last, velocity, out, acceleration, facets, free, row, wind, decay, gain, strength,
     bounds, air,
 ):  # fmt: skip
+    """Kick, and return the most work that the air can have done, J/kg, on all particles."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
+    half = velocity.dtype.type(0.5)
+    work = zero
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
         x = decay * u + gain * acceleration[0, i]
         y = decay * v + gain * acceleration[1, i]
         z = decay * w + gain * acceleration[2, i]
         if air:
-            x, y, z = blown(
+            # Relative to the air, before and after.
+            x, y, z = x - wind[0], y - wind[1], z - wind[2]
+            p, q, r = blown(
                 matrix(facets, i, row, zero),
                 u - wind[0],
                 v - wind[1],
                 w - wind[2],
-                x - wind[0],
-                y - wind[1],
-                z - wind[2],
+                x,
+                y,
+                z,
                 strength,
                 bounds[2],
                 bounds[1],
                 unit,
             )
-            x, y, z = wind[0] + x, wind[1] + y, wind[2] + z
+            # Air at rest does no work, whatever a step that is too long makes of it.
+            relative = p * p + q * q + r * r - x * x - y * y - z * z
+            along = wind[0] * (p - x) + wind[1] * (q - y) + wind[2] * (r - z)
+            work += free[i] * (along + half * min(relative, zero))
+            x, y, z = wind[0] + p, wind[1] + q, wind[2] + r
         out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
+    return work
 
 
 @functools.cache
@@ -135,7 +145,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         posted, counters, thread, threads, begin, end, stride, table, position, other, velocity,
-        middle, acceleration, facets, free, springs, wind, bounds,
+        middle, acceleration, facets, free, springs, wind, bounds, work,
     ):  # fmt: skip
         announce(posted, thread)
         number = velocity.dtype.type
@@ -186,7 +196,7 @@ def compose(
                             decay, gain, strength, bounds, air,
                         )  # fmt: skip
                     elif kind == _KICK:
-                        _kick(
+                        work[chunk] += _kick(
                             first, last, velocity, middle, acceleration, facets, free, row, wind,
                             decay, gain, strength, bounds, air,
                         )  # fmt: skip

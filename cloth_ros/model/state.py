@@ -22,9 +22,12 @@ class State:
 
     Attributes
     ----------
+    origin
+        Of the positions below, in the world, m, shape (3,): the centre of the undeformed sheet,
+        or near a sheet that has strayed from there.  Single precision then resolves the cloth and
+        not its distance from the origin of the world.
     position
-        m, from the centre of the undeformed sheet, shape (3, size).  Single precision then
-        resolves the cloth and not its distance from the origin of the world.
+        m, from `origin`, shape (3, size).
     other
         Where kernels write positions that they move, and then exchange both.
     velocity, acceleration
@@ -36,6 +39,7 @@ class State:
 
     lattice: Lattice
     dtype: Any
+    origin: Array = field(default_factory=lambda: np.zeros(3))
     position: Array = field(init=False)
     other: Array = field(init=False)
     velocity: Array = field(init=False)
@@ -51,6 +55,38 @@ class State:
         self.acceleration = self.lattice.field(self.dtype)
         self.free = self.lattice.field(self.dtype, components=1)[0]
         self.lattice.grid(self.free)[...] = 1
+
+    @property
+    def world(self) -> Array:
+        """Positions in the world, m, double precision, shape (3, rows, columns); set all."""
+        positions: Array = self.lattice.grid(self.position) + self.origin[:, None, None]
+        return positions
+
+    @world.setter
+    def world(self, positions: Array) -> None:
+        self.lattice.grid(self.position)[...] = positions - self.origin[:, None, None]
+
+    @property
+    def speeds(self) -> Array:
+        """Velocities, m/s, double precision, shape (3, rows, columns)."""
+        return self.lattice.grid(self.velocity).astype(float)
+
+    def copy_from(self, other: State) -> None:
+        """Take over positions and velocities of another state of this lattice."""
+        grid = self.lattice.grid
+        self.origin = other.origin
+        grid(self.position)[...] = grid(other.position)
+        grid(self.velocity)[...] = grid(other.velocity)
+
+    def follow(self, reach: float) -> None:
+        """Move the origin along with a sheet that has strayed from it by more than `reach`, m."""
+        strayed = self.position[:, self.lattice.begin].astype(float)
+        if reach < np.abs(strayed).max() < np.inf:
+            # Multiples of a power of two: their differences are not rounded.
+            unit = 2.0 ** math.floor(math.log2(reach))
+            shift = unit * np.round(strayed / unit)
+            self.lattice.grid(self.position)[...] -= shift[:, None, None].astype(self.dtype)
+            self.origin = self.origin + shift
 
     def pin(self, pinned: Array) -> None:
         """Hold the particles where `pinned`, bool, shape (rows, columns), and free the others."""

@@ -142,10 +142,15 @@ def _push_velocity(  # type: ignore[no-untyped-def]
 
 @exact
 def _project(points, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
-    """Push triangles out of the sphere until none is deeper than `tolerance`."""
+    """
+    Push triangles out of the sphere until none is deeper than `tolerance`.
+
+    Return whether that was done, and whether pins alone hold some triangle deeper.
+    """
     weights, normal = np.empty(3), np.empty(3)
+    held = False
     for _ in range(_POSITION_PASSES):
-        clear = True
+        clear, held = True, False
         for t in range(len(triangles)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             if _plane_is_beyond(points, a, b, c, radius - tolerance):
@@ -161,6 +166,7 @@ def _project(points, free, triangles, radius, tolerance):  # type: ignore[no-unt
                 inverse_mass += free[i] * weights[k] * weights[k]
                 most = max(most, free[i] * weights[k])
             if inverse_mass == 0.0:
+                held = True
                 continue
             clear = False
             _direction(points, triangles[t], weights, distance, radius, normal)
@@ -171,12 +177,12 @@ def _project(points, free, triangles, radius, tolerance):  # type: ignore[no-unt
                 for axis in range(3):
                     points[i, axis] += free[i] * weights[k] * push * normal[axis]
         if clear:
-            return True
-    return False
+            return True, held
+    return False, held
 
 
 @exact
-def _deepest(points, triangles, radius):  # type: ignore[no-untyped-def]
+def deepest(points, triangles, radius):  # type: ignore[no-untyped-def]
     """Return the greatest depth of a triangle in the sphere, or 0."""
     nearest = radius * radius
     for t in range(len(triangles)):
@@ -188,15 +194,17 @@ def _deepest(points, triangles, radius):  # type: ignore[no-untyped-def]
 
 @exact
 def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
-    """Carry along what has become too deep or moved too far, until no more of it is left."""
+    """Hold what has moved too far, and carry along what has become too deep, until nothing is."""
     carried = free == 0.0
     for i in range(len(points)):
         travel = 0.0
         for axis in range(3):
             travel += (points[i, axis] - start[i, axis]) ** 2
-        if not carried[i] and travel > (_CARRIED * radius) ** 2:
-            carried[i] = True
-            points[i] = start[i]
+        travel = np.sqrt(travel)
+        if travel > _CARRIED * radius:
+            for axis in range(3):
+                way = points[i, axis] - start[i, axis]
+                points[i, axis] = start[i, axis] + way * _CARRIED * radius / travel
             speeds[i] = 0.0
     changed = True
     while changed:
@@ -249,7 +257,7 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     start = np.empty_like(points)
     claimed = np.zeros(len(points), np.int32)
     stride_number = 0
-    left, deepest, touched = h, 0.0, False
+    left, depth, touched = h, 0.0, False
     while left > 0.0:
         fastest = _greatest_speed(speeds)
         if not np.isfinite(fastest):
@@ -296,10 +304,14 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
                 break
         start[:] = points
         points += stride * speeds
-        settled = _project(points, free, triangles, radius, tolerance)
+        settled, held = _project(points, free, triangles, radius, tolerance)
         strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
         if strayed or not settled:
             _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
-        deepest = 0.0 if settled else _deepest(points, triangles, radius)
+        depth = 0.0
+        if strayed or held or not settled:
+            depth = deepest(points, triangles, radius)
+            if depth <= 2.0 * tolerance:
+                depth = 0.0
         left -= stride
-    return deepest, touched
+    return depth, touched

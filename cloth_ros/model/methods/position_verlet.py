@@ -105,14 +105,16 @@ class PositionVerlet:
                 moved(block.substeps * block.h)
             yield
 
-    @staticmethod
-    @functools.lru_cache(maxsize=64)
-    def steps(block: Block) -> tuple[Step, ...]:
+    def steps(self, block: Block) -> tuple[Step, ...]:
         """Return the kicks and drifts of a block."""
-        count, h, spacing = block
-        weights: list[int] = []
-        for plain, weight in plan(count, spacing):
-            weights += [0] * plain + [weight] * (weight > 0)
-        drifts = [h] * (count - 1) + [0.5 * h]
-        kicks = (Step(h, drift, weight) for drift, weight in zip(drifts, weights, strict=True))
-        return (Step(None, 0.5 * h), *kicks)
+        return _steps(*block)
+
+
+@functools.lru_cache(maxsize=64)
+def _steps(count: int, h: float, spacing: int) -> tuple[Step, ...]:
+    weights: list[int] = []
+    for plain, weight in plan(count, spacing):
+        weights += [0] * plain + [weight] * (weight > 0)
+    drifts = [h] * (count - 1) + [0.5 * h]
+    kicks = (Step(h, drift, weight) for drift, weight in zip(drifts, weights, strict=True))
+    return (Step(None, 0.5 * h), *kicks)

@@ -1,0 +1,318 @@
+"""
+A simulation: the state of a scene, carried through time.
+
+An advance is cut where the air changes, and then into stretches of substeps, after each of which
+the `guard` looks at the energy.  A stretch is given to the integration method in blocks, before
+each of which the speed of the cloth is looked at, and between whose substeps the sphere acts where
+it is near.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from . import contact
+from .contact import SphereContact
+from .dynamics import Dynamics
+from .guard import DAMPED_DIVISION, DIVISIONS, STRETCH, Guard, Repeats
+from .gusts import Gusts
+from .lattice import Array, Lattice
+from .methods import Method
+from .methods.damped_euler import DampedEuler
+from .methods.steps import Block
+from .quantity import refuse
+from .scene import Scene
+from .sphere_path import SphereMotion
+from .state import State, greatest_speed
+from .substeps import (
+    LOOK_EVERY,
+    ROUNDING,
+    dissipation_spacing,
+    method_for,
+    precision_for,
+    refinement,
+    substep_length,
+)
+
+_DTYPES = {'single': np.float32, 'double': np.float64}
+
+_LONGEST = 1e6  # s, of one advance
+_TIMED = LOOK_EVERY  # substeps to tell their cost from
+
+
+class Simulation:
+    """
+    What advances.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    finer
+        Divides every substep that the scene, and the motion of its cloth, would take.
+
+    """
+
+    def __init__(self, scene: Scene, *, finer: int = 1) -> None:
+        if not isinstance(scene, Scene):
+            raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+        self._finer = finer
+        self._look = LOOK_EVERY if finer == 1 else 1  # twins run in pauses, which are short
+        self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
+        self._state = State(self._lattice, _DTYPES[precision_for(scene)])
+        self._wind = np.zeros(3)
+        self._air = np.zeros(3)
+        self._contact: SphereContact | None = None
+        self._repeats = Repeats()
+        self._time = 0.0
+        self._substeps = 0
+        self._done = 0.0
+        self._sphere = SphereMotion(scene.sphere.position)
+        self._build(scene)
+
+    def _build(self, scene: Scene) -> None:
+        """Make what a scene requires, around the present state."""
+        self._scene = scene
+        dtype = _DTYPES[precision_for(scene)]
+        if self._state.dtype is not dtype:
+            before, self._state = self._state, State(self._lattice, dtype)
+            self._state.copy_from(before)
+        pinned = scene.pinned()
+        self._pinned = bool(pinned.any())
+        self._state.pin(pinned)
+        self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
+        self._contact = None
+        if scene.sphere.radius > 0:
+            self._contact = SphereContact(scene.sphere, self._lattice, self._sphere.centre)
+        self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
+        self._method = method_for(scene)(self._dynamics)
+        self._substep = substep_length(scene)
+        self._stability_limit = scene.stability_limit()
+        self._elastic, self._viscous = scene.rate_bounds()
+        self._guard = Guard(scene, dtype, self._repeats)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is simulated."""
+        return self._scene
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the start or the last reset, s."""
+        return self._time
+
+    @property
+    def stability_limit(self) -> float:
+        """Longest stable substep, s, for every state of the cloth; inf without springs."""
+        return self._stability_limit
+
+    @property
+    def substep(self) -> float:
+        """Length of the substeps, s; a whole number of them makes a tick of the scene's rate."""
+        return self._substep
+
+    @property
+    def substeps(self) -> int:
+        """Number of substeps of the last advance, those of violent motion included."""
+        return self._substeps
+
+    @property
+    def work(self) -> float:
+        """
+        Most work, J, that air and sphere can have done since the start or the last reset.
+
+        The energy of the cloth is never more than what it had, and this, but for a tolerance; inf
+        after a sphere has appeared in the sheet.
+        """
+        return self._done
+
+    @property
+    def repeats(self) -> Repeats:
+        """What the guard has had to repeat since the cloth was made, see `guard`."""
+        return self._repeats
+
+    def advance(self, seconds: float) -> None:
+        """
+        Simulate the next `seconds`, in equal substeps no longer than `substep`.
+
+        Fast motion divides them further, see `substeps.refinement`, and so does the guard where
+        energy came from nowhere.
+
+        Raises
+        ------
+        ValueError
+            `seconds` is negative, not finite, or more than a million.
+
+        """
+        for _ in self.march(seconds):
+            pass
+
+    def march(self, seconds: float) -> Iterator[None]:
+        """
+        Advance as `advance` does, but pause after each substep for whoever iterates.
+
+        The cloth must be left alone until the iteration is over; positions and velocities do not
+        belong to one time before.
+        """
+        seconds = float(seconds)
+        if not 0 <= seconds <= _LONGEST:
+            raise refuse('seconds', seconds, f'0 to {_LONGEST:g} s', 'advance in parts')
+        if seconds == 0:
+            return
+        if self._contact is not None:
+            self._contact.centre = self._sphere.centre
+            self._sphere.begin(self._time, seconds)
+        self._substeps = 0
+        end = self._time + seconds
+        while self._time < end:
+            begin, change = self._time, end
+            self._air[:] = self._wind
+            if self._gusts is not None:
+                change = min(end, self._gusts.next_change(begin))
+                self._air += self._gusts.velocity(0.5 * (begin + change))
+            count = max(math.ceil((change - begin) / self.substep - ROUNDING), 1)
+            h = (change - begin) / count
+            for first in range(0, count, STRETCH):
+                yield from self._stretch(min(STRETCH, count - first), h)
+            self._time = change
+        if self._contact is not None:
+            self._sphere.end()
+
+    def _stretch(self, count: int, h: float) -> Iterator[None]:
+        """Make so many substeps, and again in the ways of `guard` if they were no good."""
+        guard, method, begin = self._guard, self._method, self._mark()
+        guard.open(self._state)
+        for division in (guard.division, *DIVISIONS):
+            if division < guard.division:
+                continue
+            if division > guard.division:
+                self._go_back(begin)
+                guard.divide(division)
+            yield from self._run(method, count, h, division)
+            work = self._take_work()
+            if self._accept(work):
+                return
+        if guard.limit(self._state, work) and self._accept(work):
+            return
+        self._go_back(begin)
+        guard.repeats.damped += 1
+        yield from self._run(self._damped(h), count, h, DAMPED_DIVISION)
+        if self._accept(self._take_work()):
+            return
+        self._go_back(begin)
+        guard.repeats.held += 1
+        self._state.velocity[...] = 0
+        self._time += count * h
+        guard.forget()
+
+    def _accept(self, work: float) -> bool:
+        """Take the state for good if the guard does."""
+        accepted = self._guard.accepts(self._state, work)
+        if accepted:
+            self._done += work
+        return accepted
+
+    def _run(self, method: Method, count: int, h: float, division: int) -> Iterator[None]:
+        blocks = self._blocks(count, h, division)
+        yield from method.run(self._state, blocks, self._moved, self._watched)
+
+    def _damped(self, h: float) -> Method:
+        """Return the method whose energy cannot grow, for substeps of `h` s before division."""
+        drag = DampedEuler.drag(h / (DAMPED_DIVISION * self._finer), self._elastic)
+        dtype, scene = self._state.dtype, self._scene
+        return DampedEuler(Dynamics(scene, self._lattice, self._air, dtype, more_drag=drag))
+
+    def _mark(self) -> tuple[float, Array, float]:
+        """Return the time, and centre and radius of the sphere."""
+        if self._contact is None:
+            return self._time, np.zeros(3), 0.0
+        return self._time, self._contact.centre, self._contact.radius
+
+    def _go_back(self, mark: tuple[float, Array, float]) -> None:
+        """Return to the last good state, and to what was marked with it."""
+        self._guard.go_back(self._state)
+        self._take_work()
+        self._time = mark[0]
+        if self._contact is not None:
+            self._contact.go_back(*mark[1:])
+
+    def _take_work(self) -> float:
+        """Return the work of air and sphere since the last call, J; inf: any."""
+        work = self._dynamics.take_work()
+        if self._contact is not None:
+            work += self._scene.sheet.particle_mass * self._contact.take_work()
+        return work
+
+    def _watched(self, block: Block) -> bool:
+        """Tell if the sphere may act on the sheet between two substeps of a block."""
+        if self._contact is None:
+            return False
+        return not self._contact.is_clear(
+            self._state, block.substeps * block.h, self._sphere.speed
+        )
+
+    def _blocks(self, count: int, h: float, division: int) -> Iterator[Block]:
+        """Yield the blocks of `count` substeps, in which the air does not change."""
+        for first in range(0, count, self._look):
+            self._follow()
+            speed = greatest_speed(self._state)
+            fine = division * self._finer * refinement(self._scene, h, speed)
+            airspeed = speed + float(np.linalg.norm(self._air))
+            spacing = dissipation_spacing(self._scene, h / fine, self._viscous, airspeed)
+            for _ in range(fine):
+                part = min(self._look, count - first)
+                self._substeps += part
+                yield Block(part, h / fine, spacing)
+
+    def _follow(self) -> None:
+        # With a pin the sheet cannot stray, and the pin must not move by one bit.
+        if not self._pinned:
+            self._state.follow(2 * self._scene.sheet.diagonal or 1.0)
+
+    def _moved(self, h: float) -> None:
+        """Let the sphere, on its path, act on particles that have drifted for `h` s."""
+        if self._contact is not None:
+            self._contact.velocity = self._sphere.velocity(self._time, h)
+            self._contact.resolve(self._state, h)
+        self._time += h
+
+    def _gust(self) -> Array:
+        return np.zeros(3) if self._gusts is None else self._gusts.velocity(self._time)
+
+    def _forget(self) -> None:
+        """Take the present state as it is: it was set from outside."""
+        self._guard.forget()
+        if self._contact is not None:
+            self._contact.appear()
+
+    def warm_up(self) -> Iterator[str]:
+        """Compile what the scene uses, and say before each kernel what it is for."""
+        yield 'motion'
+        self._idle(1)
+        greatest_speed(self._state)
+        self._guard.open(self._state)
+        if self._contact is not None:
+            yield 'contact'
+            contact.warm_up(self._state.dtype)
+
+    def compile(self) -> float:
+        """Warm up, and return the wall-clock time of a substep without contact, s."""
+        list(self.warm_up())
+        return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
+
+    def _idle(self, count: int) -> float:
+        """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
+        position, velocity = self._state.position.copy(), self._state.velocity.copy()
+        spacing = dissipation_spacing(self._scene, self.substep, self._viscous, 0.0)
+        blocks = [Block(count, 0.0, spacing)]
+        start = time.perf_counter()
+        for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):
+            pass
+        seconds = time.perf_counter() - start
+        self._dynamics.take_work()
+        self._state.position[...], self._state.velocity[...] = position, velocity
+        return seconds

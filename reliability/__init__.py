@@ -1,0 +1,1 @@
+"""What the cloth withstands, measured: each command here writes rows of docs/reliability.md."""

@@ -1,0 +1,200 @@
+"""What is promised for every scene, checked while a trial runs."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cloth_ros import Cloth
+from cloth_ros.model.lattice import Array
+from cloth_ros.model.substeps import precision_for
+from cloth_ros.model.sweep import deepest
+
+from .scenes import Input, Trial
+
+# Energy that may be too much, as a share of what is turned over.
+ENERGY = 0.05
+# Depth of a triangle in the sphere, m and as a share of its radius, and of positions in single
+# precision, as a share of their size.
+DEPTH = 1e-4
+_DEPTH_SHARE = 1e-2
+_ROUNDING = 1e-6
+# Wall-clock time of a trial, s, after which it is cut: a small sphere in a cloth as fast as a
+# bullet takes hundreds of strides in each of its substeps.
+_PATIENCE = 2.0
+
+
+class BrokenPromiseError(AssertionError):
+    """A promise was not kept; the text says which."""
+
+
+@dataclass
+class Tally:
+    """
+    What the trials came to.
+
+    Attributes
+    ----------
+    trials, cut, advances
+        How many trials were run to their end, or cut as they took too long, and their advances.
+    energy
+        Greatest energy too much, as a share of what was turned over.
+    depth
+        Greatest depth of a triangle in the sphere that nothing holds there, m.
+    repeats
+        Stretches that were repeated, by how.
+    repeated
+        Trials with any.
+    starts
+        Trials by the state that they start from.
+
+    """
+
+    trials: int = 0
+    cut: int = 0
+    advances: int = 0
+    energy: float = 0.0
+    depth: float = 0.0
+    repeats: Counter[str] = field(default_factory=Counter)
+    repeated: int = 0
+    starts: Counter[str] = field(default_factory=Counter)
+
+
+def _triangles(rows: int, columns: int) -> Array:
+    """Return the corners of all triangles, both diagonals; segments and points where none are."""
+    number = np.arange(rows * columns).reshape(rows, columns)
+    if rows == 1 or columns == 1:
+        line = number.ravel()
+        return np.stack([line[:-1], line[1:], line[1:]] if len(line) > 1 else [line] * 3, axis=1)
+    quad = (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:])
+    kinds = [quad[:k] + quad[k + 1 :] for k in range(4)]
+    return np.concatenate([np.stack([part.ravel() for part in kind], axis=1) for kind in kinds])
+
+
+class Watch:
+    """
+    Watches one cloth.
+
+    Raises
+    ------
+    BrokenPromiseError
+        From `check`, when something is not as promised.
+
+    """
+
+    def __init__(self, cloth: Cloth, tally: Tally) -> None:
+        self._cloth, self._tally = cloth, tally
+        sheet = cloth.scene.sheet
+        self._triangles = _triangles(sheet.rows, sheet.columns).astype(np.int32)
+        self.begin()
+
+    def begin(self) -> None:
+        """Take the present state for the start: it, or the scene, was set from outside."""
+        cloth = self._cloth
+        energy = cloth.energy_by_kind()
+        self._start, self._motion = energy.total - cloth.work, energy.motion
+        self._pinned = cloth.scene.pinned()
+        self._pins = cloth.positions[self._pinned]
+
+    def check(self) -> None:
+        """Check everything."""
+        cloth = self._cloth
+        positions, velocities = cloth.positions, cloth.velocities
+        if not (np.isfinite(positions).all() and np.isfinite(velocities).all()):
+            raise BrokenPromiseError('not finite')
+        if not np.array_equal(positions[self._pinned], self._pins):
+            raise BrokenPromiseError('a pin has moved')
+        if velocities[self._pinned].any():
+            raise BrokenPromiseError('a pin has a velocity')
+        self._check_energy()
+        self._check_depth(positions)
+        self._tally.advances += 1
+
+    def _check_energy(self) -> None:
+        cloth, scene = self._cloth, self._cloth.scene
+        energy, work = cloth.energy_by_kind(), cloth.work
+        if math.isinf(work):  # a sphere has grown in the sheet
+            return
+        sheet = scene.sheet
+        self._motion = max(self._motion, energy.motion)
+        weight = sheet.mass * float(np.linalg.norm(scene.gravity))
+        turnover = self._motion + abs(work) + weight * sheet.diagonal
+        if precision_for(scene) == 'single':
+            turnover += 2 * sheet.mass * sheet.diagonal**2
+        # Rounding of the positions, and of the sum that energy is.
+        stiffness = scene.rate_bounds()[0] * sheet.mass
+        away = float(np.abs(sheet.position).max()) + sheet.diagonal
+        turnover += stiffness * (1e-14 * away) ** 2 + 1e-12 * abs(energy.gravitational)
+        excess = energy.total - self._start - work
+        if turnover == 0:
+            return
+        self._tally.energy = max(self._tally.energy, excess / turnover)
+        if excess > ENERGY * turnover:
+            raise BrokenPromiseError(
+                f'{excess:.3g} J from nowhere, of {turnover:.3g} J turned over'
+            )
+
+    def _check_depth(self, positions: Array) -> None:
+        cloth = self._cloth
+        radius = cloth.sphere_radius
+        if radius == 0:
+            return
+        points = positions.reshape(-1, 3) - cloth.sphere_position
+        depth = float(deepest(points, self._triangles, radius))
+        allowed = max(min(DEPTH, _DEPTH_SHARE * cloth.scene.sphere.radius), cloth.sphere_depth)
+        allowed += _ROUNDING * (radius + cloth.scene.sheet.diagonal + np.abs(points).max())
+        if depth > allowed:
+            raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
+        if cloth.sphere_depth == 0:
+            self._tally.depth = max(self._tally.depth, depth)
+        elif not self._pinned.any():
+            raise BrokenPromiseError(f'nothing holds a triangle {depth:.3g} m deep in the sphere')
+
+
+def apply(trial: Trial, cloth: Cloth, what: Input, watch: Watch) -> None:
+    """Do what an input says, before its advance."""
+    scene = cloth.scene
+    if what.reset:
+        cloth.reset()
+        watch.begin()
+    if what.change:
+        cloth.configure(scene.with_parameters(dict(what.change)))
+        watch.begin()
+    if what.wind is not None:
+        cloth.wind = what.wind
+    if what.sphere is not None and cloth.scene.sphere.radius > 0:
+        reach = cloth.scene.sheet.diagonal + cloth.scene.sphere.radius
+        centre = np.array(scene.sheet.position) + reach * np.array(what.sphere)
+        if np.linalg.norm(centre - cloth.positions[0, 0]) < 900:  # m; see `move_sphere`
+            cloth.move_sphere(centre.tolist())
+
+
+def run(trial: Trial, tally: Tally) -> None:
+    """
+    Run a trial to its end.
+
+    Raises
+    ------
+    BrokenPromiseError
+        A promise was not kept.
+
+    """
+    end = time.monotonic() + _PATIENCE
+    cloth = trial.cloth()
+    watch = Watch(cloth, tally)
+    for what in trial.inputs:
+        apply(trial, cloth, what, watch)
+        for _ in cloth.march(trial.seconds(cloth, what.seconds)):
+            if time.monotonic() > end:
+                tally.cut += 1
+                return
+        watch.check()
+    tally.trials += 1
+    tally.starts[trial.start] += 1
+    counts = vars(cloth.repeats)
+    tally.repeats.update(counts)
+    tally.repeated += any(counts.values())

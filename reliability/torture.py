@@ -1,0 +1,157 @@
+"""
+Random scenes, and whether every promise was kept.
+
+    python -m reliability.torture [--trials 10000] [--seed 0]
+
+Draws scenes, first states, inputs and step sequences (`scenes`), runs each and checks what is
+promised for all (`promises`).  The first thousand are given to a plain explicit simulation too.
+A trial that breaks a promise is shrunk by hypothesis to the simplest that does, and printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+from .plain import PlainCloth
+from .promises import DEPTH, ENERGY, Tally, Watch, apply, run
+from .record import Row, write
+from .scenes import Trial, trials
+
+COMPARED = 1000
+STEPS = (1, 10, 100)  # of the plain simulation in a tick
+_PLAIN_STEPS = 400  # in one trial: enough to overflow for all but the slowest explosions
+
+
+@dataclass
+class Comparison:
+    """How many trials a plain simulation ran, and how many of them exploded, by steps a tick."""
+
+    trials: int = 0
+    exploded: Counter[int] = field(default_factory=Counter)
+
+
+def explodes(trial: Trial, steps: int) -> bool:
+    """Tell if a plain simulation of a trial, with so many steps a tick, ends not finite."""
+    cloth = trial.cloth()
+    watch = Watch(cloth, Tally())
+    plain = PlainCloth(cloth, steps)
+    for what in trial.inputs:
+        apply(trial, cloth, what, watch)
+        if what.reset:
+            plain = PlainCloth(cloth, steps)
+        plain.take(cloth)
+        target = cloth.sphere_waypoints[-1] if cloth.sphere_waypoints else cloth.sphere_position
+        with np.errstate(all='ignore'):
+            plain.advance(_PLAIN_STEPS * plain.step / len(trial.inputs), np.array(target))
+        if not plain.finite:
+            return True
+        cloth.advance(1e-9)  # the sphere arrives
+    return False
+
+
+def torture(
+    count: int, number: int, *, some_springs: bool, compared: int = 0
+) -> tuple[Tally, Comparison]:
+    """
+    Run random trials; raise what the first broken promise raises, for the simplest such trial.
+
+    Parameters
+    ----------
+    count, number
+        Of trials, and the seed that they are drawn from.
+    some_springs
+        True to draw scenes that lack a family of springs as well.
+    compared
+        How many of them a plain simulation is to run too.
+
+    """
+    tally, comparison = Tally(), Comparison()
+    start = time.monotonic()
+
+    @seed(number)
+    @settings(
+        max_examples=count,
+        phases=[Phase.generate, Phase.shrink],
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(trials(some_springs=some_springs))
+    def try_one(trial: Trial) -> None:
+        run(trial, tally)
+        if comparison.trials < compared and trial.inputs:
+            comparison.trials += 1
+            for steps in STEPS:
+                comparison.exploded[steps] += explodes(trial, steps)
+        if tally.trials % 500 == 0:
+            print(f'{tally.trials} trials, {time.monotonic() - start:.0f} s', flush=True)
+
+    try_one()
+    return tally, comparison
+
+
+def rows(tally: Tally, comparison: Comparison) -> list[Row]:
+    """Return what the trials came to."""
+    started = ', '.join(f'{count} {start}' for start, count in sorted(tally.starts.items()))
+    repeats = ', '.join(f'{count} {how}' for how, count in tally.repeats.items())
+    total = tally.trials + tally.cut
+    return [
+        Row(
+            f'{total} random scenes, {tally.advances} advances ({started})',
+            'all finite, pins unmoved',
+            f'0 not finite, 0 moved; {tally.cut} cut after 2 s, as they took too long',
+            kept=True,
+        ),
+        Row(
+            'their energy',
+            f'within {100 * ENERGY:g} % of what is turned over of what they had and what was '
+            'done to them',
+            f'0 outside; at most {100 * tally.energy:.2g} % too much',
+            kept=tally.energy <= ENERGY,
+        ),
+        Row(
+            'triangles in the sphere',
+            f'none deeper than {1e3 * DEPTH:g} mm (1 % of a radius below 1 cm), unless pins hold '
+            'it there',
+            f'0 deeper; at most {1e3 * tally.depth:.2g} mm',
+            kept=tally.depth <= DEPTH,
+        ),
+        Row(
+            'the guard',
+            'what has too much energy is repeated',
+            f'in {tally.repeated} scenes; stretches of substeps: {repeats}',
+            kept=True,
+        ),
+        *(
+            Row(
+                f'{comparison.trials} of them, plain explicit steps, {steps} a tick',
+                'for comparison: nothing',
+                f'{comparison.exploded[steps]} not finite within {_PLAIN_STEPS} steps',
+                kept=True,
+            )
+            for steps in STEPS
+        ),
+    ]
+
+
+def main() -> int:
+    """Run, print and write; return the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--trials', type=int, default=10_000)
+    parser.add_argument('--seed', type=int, default=0)
+    arguments = parser.parse_args()
+    compared = min(COMPARED, arguments.trials)
+    done = torture(arguments.trials, arguments.seed, some_springs=True, compared=compared)
+    kept = write('torture', 'make torture', 'Random scenes', rows(*done))
+    return 0 if kept else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,229 @@
+"""The last guard: provoked, and never needed where nothing is wrong."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cloth_ros import Cloth, Scene
+from cloth_ros.model.dynamics import Dynamics
+from cloth_ros.model.energy import EnergyMeter, energy
+from cloth_ros.model.lattice import Lattice
+from cloth_ros.model.methods.damped_euler import DampedEuler
+from cloth_ros.model.methods.steps import Block
+from cloth_ros.model.state import State
+from cloth_ros.model.substeps import heating
+
+CONFIG = Path(__file__).parent.parent / 'config'
+BARE = {'drag': 0.0, 'wind.air_density': 0.0}
+SMALL = Scene().with_parameters({'sheet.rows': 12, 'sheet.columns': 12, **BARE})
+WEIGHTLESS = SMALL.with_parameters({'gravity': [0.0, 0.0, 0.0]})
+
+
+def crumpled(scene: Scene, size: float) -> Cloth:
+    cloth = Cloth(scene)
+    moved = cloth.positions + np.random.default_rng(0).normal(0, size, cloth.positions.shape)
+    pinned = scene.pinned()
+    moved[pinned] = cloth.positions[pinned]
+    cloth.positions = moved
+    return cloth
+
+
+@pytest.mark.parametrize('size', [0.01, 0.1, 0.5])
+@pytest.mark.parametrize('precision', ['single', 'double'])
+def test_a_crumpled_cloth_gains_no_energy(size, precision):
+    scene = WEIGHTLESS.with_parameters(
+        {
+            'springs.structural': 5e4,
+            'springs.shear': 2.5e4,
+            'springs.bending': 5e3,
+            'solver.precision': precision,
+        }
+    )
+    cloth = crumpled(scene, size)
+    start = cloth.energy()
+    for _ in range(20):
+        cloth.advance(1 / 600)
+        assert cloth.energy() < 1.03 * start
+    # The first stretch was repeated finer; after that the cloth knew.
+    assert cloth.repeats.finer == 1
+    assert cloth.repeats.held == cloth.repeats.damped == cloth.repeats.limited == 0
+
+
+@pytest.mark.parametrize('wrong', [np.nan, np.inf, 1e30])
+def test_a_state_that_is_no_good_is_made_again_from_the_last_good_one(wrong):
+    cloth, other = Cloth(SMALL), Cloth(SMALL)
+    for each in (cloth, other):
+        each.advance(0.1)
+    cloth._state.velocity[0, cloth._lattice.begin + 20] = wrong
+    for each in (cloth, other):
+        each.advance(0.1)
+    assert cloth.time == other.time
+    assert np.isfinite(cloth.positions).all()
+    assert np.isfinite(cloth.velocities).all()
+    assert cloth.repeats.text == '1 finer'
+    np.testing.assert_allclose(cloth.positions, other.positions, atol=1e-3)
+
+
+class Wrong:
+    """A method that does its work, and then spoils what comes out."""
+
+    def __init__(self, cloth: Cloth, spoil) -> None:
+        self._method, self._spoil = cloth._method, spoil
+
+    def run(self, state, blocks, moved, watched):
+        yield from self._method.run(state, blocks, moved, watched)
+        self._spoil(state)
+
+
+def test_velocities_are_scaled_down_where_finer_steps_do_not_help():
+    cloth = Cloth(SMALL)
+    cloth.advance(0.3)
+    start = cloth.energy()
+    moving = cloth.velocities
+
+    def push(state):
+        state.velocity *= 2
+
+    cloth._method = Wrong(cloth, push)
+    cloth.advance(1e-6)
+    assert cloth.repeats.text == '2 finer, 1 limited'
+    assert cloth.energy() == pytest.approx(start, abs=1e-3 * abs(start))
+    np.testing.assert_allclose(cloth.velocities, moving, rtol=1e-2, atol=1e-3)
+
+
+def test_a_cloth_goes_on_damped_where_nothing_else_helps():
+    cloth = Cloth(SMALL)
+    cloth.advance(0.3)
+    start, before = cloth.energy(), cloth.positions
+
+    def lose(state):
+        state.velocity[...] = np.nan
+
+    cloth._method = Wrong(cloth, lose)
+    for n in range(1, 4):
+        cloth.advance(1 / 60)
+        assert cloth.repeats.damped >= n
+        assert np.isfinite(cloth.positions).all()
+        assert cloth.energy() <= start + 1e-6
+    assert not np.array_equal(cloth.positions, before)
+    assert cloth.repeats.held == 0
+
+
+def test_a_cloth_is_held_where_even_that_does_not(monkeypatch):
+    cloth = Cloth(SMALL)
+    cloth.advance(0.3)
+    before, time = cloth.positions, cloth.time
+
+    def lose(state):
+        state.position[...] = np.nan
+
+    cloth._method = Wrong(cloth, lose)
+    monkeypatch.setattr(cloth, '_damped', lambda _: cloth._method)
+    cloth.advance(1 / 60)
+    assert cloth.time == pytest.approx(time + 1 / 60)
+    assert np.array_equal(cloth.positions, before)
+    assert not cloth.velocities.any()
+    assert cloth.repeats.held > 0
+
+
+@pytest.mark.parametrize('scene', sorted(CONFIG.glob('*.yaml'), key=lambda path: path.stem))
+def test_nothing_is_repeated_in_the_scenes_that_come_along(scene):
+    cloth = Cloth(Scene.from_yaml(scene))
+    for _ in range(60):
+        cloth.advance(1 / 60)
+    assert cloth.repeats.text == ''
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 2**31),
+    rows=st.integers(1, 7),
+    columns=st.integers(1, 7),
+    size=st.floats(0.001, 3.0),
+    speed=st.floats(0.0, 100.0),
+    step=st.floats(0.01, 0.9),
+)
+def test_the_damped_method_never_gains_energy(seed, rows, columns, size, speed, step):
+    generator = np.random.default_rng(seed)
+    scene = SMALL.with_parameters({'sheet.rows': rows, 'sheet.columns': columns, 'pins': ['0,0']})
+    elastic, _ = scene.rate_bounds()
+    h = step / math.sqrt(elastic) if elastic else step
+    lattice = Lattice(rows, columns)
+    state = State(lattice, np.float64)
+    state.pin(scene.pinned())
+    state.world = Cloth(scene).positions.transpose(2, 0, 1)
+    free = lattice.grid(state.free)
+    state.world += generator.normal(0, size, (3, rows, columns)) * free
+    lattice.grid(state.velocity)[...] = generator.normal(0, speed, (3, rows, columns)) * free
+    drag = DampedEuler.drag(h, elastic)
+    method = DampedEuler(Dynamics(scene, lattice, np.zeros(3), np.float64, more_drag=drag))
+    before = energy(state.world, state.speeds, scene).total
+    for _ in range(5):
+        # What is promised holds for velocities that are damped once more at the end.
+        for _ in method.run(state, [Block(3, h)], lambda _: None, lambda _: False):
+            pass
+        after = energy(state.world, math.exp(-drag * h) * state.speeds, scene).total
+        assert after <= before + 1e-9 * abs(before)
+        before = after
+        state.velocity *= math.exp(-drag * h)
+
+
+@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('family', ['structural', 'shear', 'bending'])
+def test_the_meter_agrees_with_the_definition(precision, family):
+    others = {f'springs.{name}': 0.0 for name in ('structural', 'shear', 'bending')}
+    scene = SMALL.with_parameters(
+        {**others, f'springs.{family}': 100.0, 'solver.precision': precision}
+    )
+    cloth = crumpled(scene, 0.05)
+    cloth.velocities = np.random.default_rng(1).normal(0, 1, cloth.positions.shape)
+    meter = EnergyMeter(scene, cloth._state.dtype)
+    tight = 1e-12 if precision == 'double' else 1e-5
+    np.testing.assert_allclose(meter.measure(cloth._state), cloth.energy_by_kind(), rtol=tight)
+
+
+def test_the_work_of_the_wind_is_what_the_cloth_has_gained():
+    scene = WEIGHTLESS.with_parameters(
+        {'wind.air_density': 1.2, 'pins': [''], 'solver.precision': 'double'}
+    )
+    cloth = Cloth(scene)
+    cloth.wind = (1.0, 2.0, 5.0)
+    for _ in range(30):
+        cloth.advance(1 / 60)
+    assert cloth.energy() > 1.0
+    assert cloth.work == pytest.approx(cloth.energy(), rel=1e-3)
+
+
+def test_the_two_ends_of_a_spring_feel_the_same_force():
+    """A free sheet that nothing acts on stays where it is, rounding or not."""
+    cloth = Cloth(
+        WEIGHTLESS.with_parameters(
+            {
+                'sheet.rows': 2,
+                'sheet.columns': 11,
+                'sheet.size': [2.2, 2.4],
+                'pins': [''],
+                'springs.structural': 1e6,
+            }
+        )
+    )
+    for _ in range(20):
+        cloth.advance(1 / 60)
+    assert np.abs(cloth.velocities.mean((0, 1))).max() < 0.01  # m/s, once 1
+    assert cloth.energy() < 0.01  # J, once 0.6
+
+
+def test_a_cloth_that_single_precision_would_heat_is_taken_in_double():
+    stiff = WEIGHTLESS.with_parameters({'springs.structural': 1e8, 'sheet.mass': 1e-3})
+    assert stiff.solver.precision == 'single'
+    assert heating(stiff) > 1
+    cloth = Cloth(stiff)
+    assert cloth.velocities.dtype == float
+    assert cloth._state.dtype is np.float64
+    cloth.advance(1e-3)
+    assert cloth.energy() < 1e-9
+    assert heating(Scene()) < 1e-5
