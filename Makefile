@@ -3,9 +3,16 @@
 # make pictures   the pictures of the README, into docs/pictures
 # make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
 # make bench      what a substep costs, beside the machine's limit and other engines
+# make reliability  torture, extremes, fuzz and faults, and the page that they make; an hour
+# make torture    ten thousand random scenes; half an hour
+# make extremes   the extremes of every parameter
+# make fuzz       bad input of every kind, a hundred thousand cases; ten minutes
+# make faults     what a running node outlives: stops, clocks, subscribers, signals and more
+# make soak       a live node for an hour: memory, rate, warnings; SECONDS=… for another time
 # Each makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
+SECONDS ?= 3600
 VENV := .venv
 
 # Where ROS 2 is sourced, its own rclpy is used; elsewhere the wheels of ROS 2 Jazzy.
@@ -15,7 +22,7 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test pictures study bench clean
+.PHONY: run test pictures study bench reliability torture extremes fuzz faults soak clean
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -35,6 +42,24 @@ study: $(VENV)/.ready-run-$(ROS)
 bench: $(VENV)/.ready-bench-$(ROS)
 	$(VENV)/bin/python -m pytest bench --benchmark-json=$(VENV)/bench.json $(BENCH_ARGS)
 	$(VENV)/bin/python -m bench.report $(VENV)/bench.json docs/bench
+
+reliability: torture extremes fuzz faults
+	$(VENV)/bin/python -m reliability.report
+
+torture: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/python -m reliability.torture
+
+extremes: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/python -m reliability.extremes
+
+fuzz: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/python -m reliability.fuzz
+
+faults: $(VENV)/.ready-run-$(ROS)
+	$(VENV)/bin/python -m reliability.faults
+
+soak: $(VENV)/.ready-run-$(ROS)
+	$(VENV)/bin/python -m reliability.soak --seconds $(SECONDS)
 
 $(VENV)/.ready-%: setup.py tools/environment.sh
 	@tools/environment.sh $(VENV) $*

@@ -14,6 +14,7 @@ from typing import Any
 import matplotlib
 
 from cloth_ros.tradeoff.report import table
+from tools.marked_block import fill
 
 # Of a substep with all springs and gravity, per particle: 12 springs of 3 subtractions, 5
 # operations for the squared length, 2 for the tension and 6 to add it; kick, decay and drift take
@@ -22,8 +23,6 @@ _OPERATIONS = 12 * 16 + 18
 _ROOTS = 12
 # Positions and velocities read, both written, and whether the particle moves; single precision.
 _BYTES = 52
-
-BEGIN, END = '<!-- make bench: begin -->', '<!-- make bench: end -->'
 
 Entry = dict[str, Any]
 
@@ -261,10 +260,7 @@ class Report:
 
     def insert(self, readme: Path) -> None:
         """Put the summary into the README, between its marks."""
-        before, _, rest = readme.read_text().partition(BEGIN)
-        _, _, after = rest.partition(END)
-        if after:
-            readme.write_text(f'{before}{BEGIN}\n{self.summary()}\n{END}{after}')
+        fill(readme, 'make bench', self.summary())
 
 
 def main() -> None:

@@ -20,7 +20,7 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from .plain import PlainCloth
-from .promises import DEPTH, ENERGY, Tally, Watch, apply, run
+from .promises import DEPTH, ENERGY, PATIENCE, Tally, Watch, apply, run
 from .record import Row, write
 from .scenes import Trial, trials
 
@@ -106,7 +106,7 @@ def rows(tally: Tally, comparison: Comparison) -> list[Row]:
         Row(
             f'{total} random scenes, {tally.advances} advances ({started})',
             'all finite, pins unmoved',
-            f'0 not finite, 0 moved; {tally.cut} cut after 2 s, as they took too long',
+            f'0 not finite, 0 moved; {tally.cut} cut after {PATIENCE:g} s each',
             kept=True,
         ),
         Row(

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.report import BEGIN, END, Report, load
+from bench.report import Report, load
+from tools.marked_block import marks
 
 ROOT = Path(__file__).parent.parent
 
@@ -39,11 +40,12 @@ def test_the_report_says_what_was_measured(measured, tmp_path):
     assert '32 × 32' in text
     assert 'NumPy' in text
     readme = tmp_path / 'README.md'
-    readme.write_text(f'before\n{BEGIN}\nold\n{END}\nafter\n')
+    begin, end = marks('make bench')
+    readme.write_text(f'before\n{begin}\nold\n{end}\nafter\n')
     report.insert(readme)
     assert 'old' not in readme.read_text()
     assert '| cloth_ros |' in readme.read_text()
-    assert readme.read_text().endswith(f'{END}\nafter\n')
+    assert readme.read_text().endswith(f'{end}\nafter\n')
     report.draw(tmp_path)
     assert (tmp_path / 'cost.png').stat().st_size > 10_000
     assert (tmp_path / 'cost.svg').read_text().startswith('<?xml')

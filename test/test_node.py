@@ -261,6 +261,16 @@ def test_a_signal_ends_it_in_the_middle_of_a_long_tick(start_cloth, probe):
     began = time.monotonic()
     assert node.stop(signal.SIGTERM) == 0
     assert time.monotonic() - began < SOON
+    assert 'Traceback' not in node.output
+    assert 'FATAL' not in node.output
+
+
+def test_a_signal_ends_it_while_kernels_are_prepared(start):
+    for number in (signal.SIGINT, signal.SIGTERM) * 3:  # at one moment or another of it
+        node = start(sys.executable, '-m', 'cloth_ros.node.main')
+        node.wait_for_output('preparing the kernels')
+        assert node.stop(number) == 0
+        assert 'Traceback' not in node.output
 
 
 def test_a_sphere_far_away_is_refused_and_a_fast_one_is_not_too_much(start_cloth, probe):
@@ -310,6 +320,7 @@ def test_it_starts_without_a_home(start):
         **bare,
     )
     node.wait_for_output('publishing')
+    node.wait_for_output('no log file')
 
 
 def test_the_example_commands_it(start_cloth, start, probe):

@@ -11,48 +11,34 @@ that costs the node.
 from __future__ import annotations
 
 import argparse
-import os
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.context import Context
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from cloth_ros.tradeoff.machine import describe
+from reliability.live import NODE, Probe, Process, environment, free_domain, probing
 
-_DOMAIN = '93'
 _WIND_FOR = 10.0  # s, each with and without
 
 
-def cpu_seconds(process: int) -> float:
-    """Return the processor time that a process has used, s."""
-    with open(f'/proc/{process}/stat') as stat:
-        fields = stat.read().rpartition(')')[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
-
-
-class Listener:
+class Listener(Probe):
     """Subscribes as a recorder does, without looking into the messages."""
 
-    def __init__(self) -> None:
-        self.node = rclpy.create_node('listener')
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self.node)
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
         self.arrivals: dict[str, list[float]] = {'particles': [], 'markers': []}
         self.reports: list[dict[str, str]] = []
-        subscribe = self.node.create_subscription
+        subscribe = self.create_subscription
         subscribe(PointCloud2, '/cloth/particles', self._note('particles'), 5, raw=True)
         subscribe(MarkerArray, '/cloth/markers', self._note('markers'), 5, raw=True)
         subscribe(DiagnosticArray, '/diagnostics', self._report, 5)
-        self.wind = self.node.create_publisher(Vector3Stamped, '/wind', 5)
+        self.wind = self.create_publisher(Vector3Stamped, '/wind', 5)
 
     def _note(self, topic: str) -> Callable[[bytes], None]:
         return lambda _: self.arrivals[topic].append(time.perf_counter())
@@ -60,12 +46,6 @@ class Listener:
     def _report(self, message: DiagnosticArray) -> None:
         (status,) = message.status
         self.reports.append({value.key: value.value for value in status.values})
-
-    def spin(self, seconds: float) -> None:
-        """Take what arrives for some seconds."""
-        end = time.perf_counter() + seconds
-        while time.perf_counter() < end:
-            self._executor.spin_once(timeout_sec=0.01)
 
 
 def main() -> None:
@@ -75,35 +55,31 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=300.0)
     parser.add_argument('--threads', type=int, default=1)
     arguments = parser.parse_args()
-    os.environ['ROS_DOMAIN_ID'] = _DOMAIN
     parameters = {
         'sheet.rows': arguments.size,
         'sheet.columns': arguments.size,
         'solver.threads': arguments.threads,
     }
-    command = [sys.executable, '-m', 'cloth_ros.node.main', '--ros-args']
+    command = [*NODE, '--ros-args']
     for name, value in parameters.items():
         command += ['-p', f'{name}:={value}']
-    start = time.perf_counter()
-    node = subprocess.Popen(command)
-    try:
-        rclpy.init()
-        listener = Listener()
-        while not listener.arrivals['particles']:
-            listener.spin(0.01)
-        first = listener.arrivals['particles'][0] - start
-        listener.spin(5.0)
-        listener.reports.clear()
-        for times in listener.arrivals.values():
-            times.clear()
-        used = cpu_seconds(node.pid)
-        listener.spin(arguments.seconds)
-        used = cpu_seconds(node.pid) - used
-        report(listener, arguments.seconds, used, first)
-        wind(listener, node.pid)
-    finally:
-        node.send_signal(signal.SIGINT)
-        node.wait()
+    with free_domain() as domain, probing(domain, Listener) as listener:
+        start = time.perf_counter()
+        node = Process(command, environment(domain))
+        try:
+            listener.spin_until(lambda: listener.arrivals['particles'])
+            first = listener.arrivals['particles'][0] - start
+            listener.spin_for(5.0)
+            listener.reports.clear()
+            for times in listener.arrivals.values():
+                times.clear()
+            used = node.cpu_seconds
+            listener.spin_for(arguments.seconds)
+            used = node.cpu_seconds - used
+            report(listener, arguments.seconds, used, first)
+            wind(listener, node)
+        finally:
+            node.end()
 
 
 def report(listener: Listener, seconds: float, used: float, first: float) -> None:
@@ -130,18 +106,18 @@ def report(listener: Listener, seconds: float, used: float, first: float) -> Non
         print(f'greatest {values.max():.4g}')
 
 
-def wind(listener: Listener, process: int) -> None:
+def wind(listener: Listener, node: Process) -> None:
     """Print what commands cost, in turns with and without."""
     costs: dict[bool, list[float]] = {False: [], True: []}
     for blowing in (False, True) * 3:
-        before, start, sent = cpu_seconds(process), time.perf_counter(), 0
+        before, start, sent = node.cpu_seconds, time.perf_counter(), 0
         while time.perf_counter() - start < _WIND_FOR:
             if blowing and sent < 1000 * (time.perf_counter() - start):
                 listener.wind.publish(Vector3Stamped())
                 sent += 1
             else:
-                listener.spin(2e-4)
-        costs[blowing].append((cpu_seconds(process) - before) / _WIND_FOR)
+                listener.spin_for(2e-4)
+        costs[blowing].append((node.cpu_seconds - before) / _WIND_FOR)
         if blowing:
             print(f'wind: {sent / _WIND_FOR:.0f} commands a second')
     calm, windy = (100 * float(np.median(costs[blowing])) for blowing in (False, True))

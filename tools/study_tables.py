@@ -13,9 +13,10 @@ from cloth_ros.tradeoff.machine import describe
 from cloth_ros.tradeoff.published import FIGURES
 from cloth_ros.tradeoff.report import length, percent, table
 
+from .marked_block import fill
+
 STUDIES = Path('docs/tradeoff')
 SCENES = ('hanging', 'gust', 'drop_on_sphere', 'small_fast_sphere')
-BEGIN, END = '<!-- make study: begin -->', '<!-- make study: end -->'
 
 
 def results() -> dict[str, dict[str, Any]]:
@@ -140,10 +141,7 @@ this: [How to choose](../choosing.md). The same for a scene of yours: `cloth_tra
 def write_tables(studies: dict[str, dict[str, Any]]) -> None:
     """Write what follows from the studies alone."""
     (STUDIES / 'README.md').write_text(index(studies))
-    readme = Path('README.md')
-    before, rest = readme.read_text().split(BEGIN)
-    _, after = rest.split(END)
-    readme.write_text(f'{before}{BEGIN}\n{summary(studies)}{END}{after}')
+    fill(Path('README.md'), 'make study', summary(studies))
 
 
 if __name__ == '__main__':

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,11 @@ from numba.core import config
 # NaN and infinity keep their meaning ('nnan' and 'ninf' are left out), so that a state that is
 # not finite shows as such.
 _RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
+
+_NOT_KEPT = (
+    'kernels are compiled anew at each start, for neither the package nor HOME can be written; '
+    'set NUMBA_CACHE_DIR'
+)
 
 # Kernels are typed by Numba when they are compiled, not before.
 Kernel = Callable[..., Any]
@@ -37,6 +43,16 @@ def _use_wide_vectors() -> None:
 _use_wide_vectors()
 
 
+def _compiled(function: Kernel, **options: Any) -> Kernel:
+    """Compile with Numba, and keep what was compiled for the next start where that can be."""
+    try:
+        compiled: Kernel = numba.njit(error_model='numpy', cache=True, **options)(function)
+    except RuntimeError:  # of Numba, which finds no place for its cache
+        warnings.warn(_NOT_KEPT, stacklevel=1)
+        compiled = numba.njit(error_model='numpy', **options)(function)
+    return compiled
+
+
 def kernel(function: Kernel) -> Kernel:
     """
     Compile a vectorising kernel.
@@ -44,10 +60,7 @@ def kernel(function: Kernel) -> Kernel:
     Loops index with `numpy.uint64`: for signed indices the compiler must allow for Python's
     negative ones, and the wrap-around keeps a loop scalar.
     """
-    compiled: Kernel = numba.njit(fastmath=_RELAXED, error_model='numpy', cache=True, nogil=True)(
-        function
-    )
-    return compiled
+    return _compiled(function, fastmath=_RELAXED, nogil=True)
 
 
 def inlined(function: Kernel) -> Kernel:
@@ -56,16 +69,12 @@ def inlined(function: Kernel) -> Kernel:
 
     A call that the compiler decides to leave standing keeps the loop around it scalar.
     """
-    compiled: Kernel = numba.njit(
-        fastmath=_RELAXED, error_model='numpy', cache=True, forceinline=True
-    )(function)
-    return compiled
+    return _compiled(function, fastmath=_RELAXED, forceinline=True)
 
 
 def exact(function: Kernel) -> Kernel:
     """Compile a kernel with IEEE arithmetic, where decisions hang on the last bits."""
-    compiled: Kernel = numba.njit(error_model='numpy', cache=True, nogil=True)(function)
-    return compiled
+    return _compiled(function, nogil=True)
 
 
 def reduction(function: Kernel) -> Kernel:
@@ -74,7 +83,4 @@ def reduction(function: Kernel) -> Kernel:
 
     Without 'nnan' these stay scalar, for NaN would have to be carried along.
     """
-    compiled: Kernel = numba.njit(fastmath=True, error_model='numpy', cache=True, nogil=True)(
-        function
-    )
-    return compiled
+    return _compiled(function, fastmath=True, nogil=True)

@@ -253,8 +253,8 @@ class SphereContact:
         Return the work that the sphere can have done since the last call, J for particles of 1 kg.
 
         Seen from the sphere, contact adds no energy; seen from the world, an impulse J then adds
-        u·J at most, with u the velocity of the sphere.  What a growing sphere does is not known:
-        it is given as infinite.
+        u·J at most, with u the velocity of the sphere.  What a sphere does that grows, or that
+        the sheet cannot get out of the way of, is not known: it is given as infinite.
         """
         work, self._work = self._work, 0.0
         return work
@@ -342,12 +342,12 @@ class SphereContact:
         points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
         fields = (state.position, state.velocity)
         _load(*fields, state.free, particles, h, start, self.velocity, points, speeds, moves)
-        self.deepest, touched = sweep(
+        self.deepest, touched, forced = sweep(
             points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
         )
         if touched:
             change = _store(*fields, particles, end, self.velocity, points, speeds, moves)
-            self._work += float(self.velocity @ np.array(change))
+            self._work += math.inf if forced else float(self.velocity @ np.array(change))
 
 
 def warm_up(dtype: Any) -> None:

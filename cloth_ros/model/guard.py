@@ -72,7 +72,8 @@ class Repeats:
 
     def since(self, before: Repeats) -> Repeats:
         """Return what has come on top of another count."""
-        return Repeats(*(now - then for now, then in zip(astuple(self), astuple(before))))
+        counts = zip(astuple(self), astuple(before), strict=True)
+        return Repeats(*(now - then for now, then in counts))
 
     @property
     def text(self) -> str:
@@ -97,12 +98,15 @@ class Guard:
         By what substeps are divided at present.
     repeats
         What had to be made again since the cloth was made.
+    work
+        Of air and sphere in the last stretch, J.
 
     """
 
     def __init__(self, scene: Scene, dtype: type, repeats: Repeats) -> None:
         self.division = 1
         self.repeats = repeats
+        self.work = 0.0
         self._turbulent = 0.0
         self._meter = EnergyMeter(scene, dtype)
         sheet = scene.sheet
@@ -124,10 +128,14 @@ class Guard:
         if self._good is None:
             self._now = self._meter.measure(state)
             self._budget = self._now.total
-            self._keep(state)
+            self._good = (state.origin, state.position.copy(), state.velocity.copy())
 
     def _keep(self, state: State) -> None:
-        self._good = (state.origin, state.position.copy(), state.velocity.copy())
+        """Take a state for good."""
+        assert self._good is not None
+        _, position, velocity = self._good
+        position[...], velocity[...] = state.position, state.velocity
+        self._good = (state.origin, position, velocity)
 
     def go_back(self, state: State) -> None:
         """Return to the last good state."""
@@ -151,9 +159,10 @@ class Guard:
         if not math.isfinite(end.total):
             return False
         if math.isinf(work):
-            self._budget, work = end.total, 0.0
+            work = end.total - self._budget
         if self._excess(end, work) > 0.0:
             return False
+        self.work = work
         self._budget += work
         self._budget -= _FORGETTING * max(self._budget - end.total, 0.0)
         if end.motion < 0.5 * self._turbulent:

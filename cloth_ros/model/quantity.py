@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import numbers
+import reprlib
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -17,6 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 _METADATA = 'quantity'
+# What is longer is no parameter: as many pins as the edge of the largest sheet has particles.
+_LONGEST_LIST = 4096
+_LONGEST_STRING = 256
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,17 +77,36 @@ def quantity(
     return dataclasses.field(default=default, metadata={_METADATA: known})
 
 
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = 100
+
+
+def one_line(text: str) -> str:
+    """Return a text on one line, of characters that can be printed."""
+    return ''.join(c if c.isprintable() else '?' for c in ' '.join(text.split()))
+
+
+def shown(value: object) -> str:
+    """Return a value as an error shows it: on one line, and short."""
+    try:
+        text = _short.repr(value)
+    except ValueError:  # an integer of more digits than Python writes out
+        text = f'a {type(value).__name__} too long to show'
+    return one_line(text)
+
+
 def refuse(name: str, value: object, allowed: str, remedy: str) -> ValueError:
     """Return the error for a refused value, in the one form that all of them have."""
-    return ValueError(f'{name} is {value!r}, but must be {allowed}; {remedy}')
+    return ValueError(f'{name} is {shown(value)}, but must be {allowed}; {remedy}')
 
 
 def _number(name: str, value: object, known: Quantity) -> float:
     try:
-        if isinstance(value, (bool, str)):
+        # Not whatever has a float(): strings, bytes and arrays of one number have.
+        if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, numbers.Real):
             raise TypeError
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
+        number = float(value)
+    except (TypeError, OverflowError):
         raise refuse(
             name, value, f'a number, {known.range_text}'.rstrip(', '), 'give a number'
         ) from None
@@ -100,16 +124,35 @@ def _integer(name: str, value: object, known: Quantity) -> int:
     number = _number(name, value, known)
     if number != int(number):
         raise refuse(name, value, f'a whole number, {known.range_text}', 'round it')
+    whole = int(value)  # type: ignore[call-overload]
     # Not int(number): a double cannot carry a large seed.
-    return int(value)  # type: ignore[call-overload, no-any-return]
+    if known.high is not None and whole > known.high:
+        raise refuse(name, value, known.range_text, f'the largest is {known.high}')
+    return whole  # type: ignore[no-any-return]
 
 
-def _items(name: str, value: object, kind: str) -> list[Any]:
-    tolist = getattr(value, 'tolist', None)  # NumPy and array.array alike
-    value = value if tolist is None else tolist()
-    if isinstance(value, (str, bytes)) or not isinstance(value, Sequence):
-        raise refuse(name, value, f'a list of {kind}', 'put it in brackets')
-    return list(value)
+def _items(name: str, value: Any, kind: str) -> list[Any]:
+    is_array = hasattr(value, 'tolist')  # NumPy and array.array alike
+    text = isinstance(value, (str, bytes, bytearray, memoryview))
+    try:
+        if text or not (is_array or isinstance(value, Sequence)):
+            raise TypeError
+        length = len(value)
+    except (TypeError, OverflowError):  # of an array without dimensions, of a huge range
+        raise refuse(name, value, f'a list of {kind}', 'put it in brackets') from None
+    if length > _LONGEST_LIST:
+        raise refuse(f'the length of {name}', length, f'at most {_LONGEST_LIST}', 'shorten it')
+    return value.tolist() if is_array else list(value)
+
+
+def _string(name: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise refuse(name, value, 'a string', 'put it in quotes')
+    # Neither NUL nor a lone surrogate can be sent.
+    if len(value) > _LONGEST_STRING or not value.isprintable():
+        allowed = f'at most {_LONGEST_STRING} characters that can be printed'
+        raise refuse(name, value, allowed, 'correct it')
+    return value
 
 
 def convert(name: str, value: object, default: object, known: Quantity) -> Any:
@@ -131,19 +174,17 @@ def convert(name: str, value: object, default: object, known: Quantity) -> Any:
     if isinstance(default, float):
         return _number(name, value, known)
     if isinstance(default, str):
-        if not isinstance(value, str) or (known.choices and value not in known.choices):
-            raise refuse(name, value, known.range_text or 'a string', 'choose one')
-        return value
+        if known.choices and value not in known.choices:
+            raise refuse(name, value, known.range_text, 'choose one')
+        return _string(name, value)
     assert isinstance(default, tuple)
     if default and isinstance(default[0], float):
-        numbers = _items(name, value, 'numbers')
-        if len(numbers) != len(default):
+        items = _items(name, value, 'numbers')
+        if len(items) != len(default):
             raise refuse(name, value, f'a list of {len(default)} numbers', 'give them all')
-        return tuple(_number(f'{name}[{i}]', item, known) for i, item in enumerate(numbers))
+        return tuple(_number(f'{name}[{i}]', item, known) for i, item in enumerate(items))
     strings = _items(name, value, 'strings')
-    if not all(isinstance(item, str) for item in strings):
-        raise refuse(name, value, 'a list of strings', 'put each in quotes')
-    return tuple(strings)
+    return tuple(_string(f'{name}[{i}]', item) for i, item in enumerate(strings))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -175,16 +216,23 @@ class Group:
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Any:
         """Build the group from a mapping, nested or with dotted names, or both."""
+        if not isinstance(values, Mapping):
+            raise refuse('the scene', values, 'a mapping of names to values', 'give one')
         known = {field.name: field for field in dataclasses.fields(cls)}
         arguments: dict[str, Any] = {}
         for name, value in values.items():
-            head, dot, rest = str(name).partition('.')
+            if not isinstance(name, str):
+                raise refuse(f'a name in {cls.__name__}', name, 'a string', 'put it in quotes')
+            head, dot, rest = name.partition('.')
             if head not in known:
-                raise unknown_name(cls.prefix + str(name), list(PARAMETER_NAMES))
+                raise unknown_name(cls.prefix + name, list(PARAMETER_NAMES))
             if dot:
                 value = {rest: value}
-            if isinstance(value, Mapping) and isinstance(arguments.get(head), Mapping):
-                value = {**arguments[head], **value}
+            before = arguments.get(head)
+            if isinstance(value, Mapping) and before is not None:
+                if not isinstance(before, (Mapping, Group)):
+                    raise refuse(cls.prefix + head, before, 'a group of parameters', 'nest it')
+                value = {**(vars(before) if isinstance(before, Group) else before), **value}
             arguments[head] = value
         return cls(**arguments)
 
@@ -224,9 +272,9 @@ def unknown_name(name: str, known: list[str]) -> ValueError:
     """Return the error for a parameter name that does not exist, with the likeliest one meant."""
     import difflib
 
-    near = difflib.get_close_matches(name, known, n=1)
+    near = difflib.get_close_matches(name[:_LONGEST_STRING], known, n=1)
     remedy = f'did you mean {near[0]!r}?' if near else 'see the table of parameters in README.md'
-    return ValueError(f'{name!r} is not a parameter of a scene; {remedy}')
+    return ValueError(f'{shown(name)} is not a parameter of a scene; {remedy}')
 
 
 def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArray[np.float64]:
@@ -249,14 +297,13 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArra
 
     """
     limit = PARAMETER_NAMES[parameter]
-    allowed = f'three finite numbers, each {limit.range_text}'
     try:
-        array = np.array(vector, float)
-    except (TypeError, ValueError, OverflowError):
+        return np.array(convert(name, vector, (0.0, 0.0, 0.0), limit))
+    except ValueError:
+        allowed = f'three finite numbers, each {limit.range_text}'
         raise refuse(name, vector, allowed, 'correct it') from None
-    if array.shape != (3,):
-        raise refuse(name, vector, allowed, 'give x, y and z')
-    # In Python, three times as fast for three numbers; False for NaN.
-    if not all(limit.low <= number <= limit.high for number in array.tolist()):
-        raise refuse(name, array.tolist(), allowed, 'correct it')
-    return array
+
+
+def checked_number(name: str, value: object, low: float, high: float, unit: str) -> float:
+    """Return a finite number of a range as a float; raises ValueError for what is none."""
+    return _number(name, value, Quantity('', unit, low, high))

@@ -23,6 +23,9 @@ from .substeps import method_for
 
 Vector = tuple[float, float, float]
 
+# In a tick: a good number of minutes of wall-clock time on any machine.
+_MOST_SUBSTEPS = 1e8
+
 
 def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
     length = math.hypot(*vector)
@@ -266,7 +269,7 @@ class Scene(Group):
         try:
             return cls.from_parameters(scene_file.read(path))
         except ValueError as error:
-            raise ValueError(f'{os.fspath(path)}: {error}') from None
+            raise ValueError(f'{scene_file.name_of(path)}: {error}') from None
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Scene:
@@ -277,11 +280,14 @@ class Scene(Group):
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Scene:
         """Return this scene with the parameters of these dotted names changed, and checked."""
+        if not isinstance(changes, Mapping):
+            raise refuse('the change', changes, 'a mapping of names to values', 'give one')
         return self.from_parameters({**self.flat(), **changes})
 
     def check(self) -> None:
         """Compare the groups with one another."""
         self.pinned()
+        self._check_substeps()
         if self.solver.substeps:
             step = 1 / (self.rate * self.solver.substeps)
             limit = self.stability_limit()
@@ -293,6 +299,31 @@ class Scene(Group):
                     f'0 or at least {least} for a stable step at {self.rate:g} Hz',
                     'or soften the springs',
                 )
+
+    def _check_substeps(self) -> None:
+        """Refuse what would stand still on any machine."""
+        springs, sheet = self.springs, self.sheet
+        elastic, viscous = stability.quick_bounds(
+            rows=sheet.rows,
+            columns=sheet.columns,
+            particle_mass=sheet.particle_mass,
+            stiffness=(springs.structural, springs.shear, springs.bending),
+            damping=springs.damping,
+        )
+        needed = {
+            'springs.damping': viscous / 2,
+            'springs.structural': math.sqrt(elastic) / 2,
+        }
+        name = max(needed, key=lambda each: needed[each])
+        count = needed[name] / (self.rate * stability.SAFETY)
+        if count > _MOST_SUBSTEPS:
+            raise refuse(
+                name,
+                self.flat()[name],
+                f'so low, with the other springs, that {_MOST_SUBSTEPS:g} substeps a tick are '
+                f'enough ({count:.2g} would be needed)',
+                'lower it, or raise sheet.mass',
+            )
 
     @property
     def has_air(self) -> bool:

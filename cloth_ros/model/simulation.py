@@ -15,7 +15,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from . import contact
+from . import contact, memory
 from .contact import SphereContact
 from .dynamics import Dynamics
 from .guard import DAMPED_DIVISION, DIVISIONS, STRETCH, Guard, Repeats
@@ -24,7 +24,7 @@ from .lattice import Array, Lattice
 from .methods import Method
 from .methods.damped_euler import DampedEuler
 from .methods.steps import Block
-from .quantity import refuse
+from .quantity import checked_number, refuse
 from .scene import Scene
 from .sphere_path import SphereMotion
 from .state import State, greatest_speed
@@ -60,6 +60,7 @@ class Simulation:
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
         if not isinstance(scene, Scene):
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+        memory.check(scene, memory.of_cloth(scene))
         self._finer = finer
         self._look = LOOK_EVERY if finer == 1 else 1  # twins run in pauses, which are short
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
@@ -125,8 +126,7 @@ class Simulation:
         """
         Most work, J, that air and sphere can have done since the start or the last reset.
 
-        The energy of the cloth is never more than what it had, and this, but for a tolerance; inf
-        after a sphere has appeared in the sheet.
+        The energy of the cloth is never more than what it had, and this, but for a tolerance.
         """
         return self._done
 
@@ -158,9 +158,7 @@ class Simulation:
         The cloth must be left alone until the iteration is over; positions and velocities do not
         belong to one time before.
         """
-        seconds = float(seconds)
-        if not 0 <= seconds <= _LONGEST:
-            raise refuse('seconds', seconds, f'0 to {_LONGEST:g} s', 'advance in parts')
+        seconds = checked_number('seconds', seconds, 0.0, _LONGEST, 's')
         if seconds == 0:
             return
         if self._contact is not None:
@@ -213,7 +211,7 @@ class Simulation:
         """Take the state for good if the guard does."""
         accepted = self._guard.accepts(self._state, work)
         if accepted:
-            self._done += work
+            self._done += self._guard.work
         return accepted
 
     def _run(self, method: Method, count: int, h: float, division: int) -> Iterator[None]:

@@ -226,6 +226,47 @@ def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # 
 
 
 @exact
+def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
+    """
+    Return the triangles without the pinned corners and edges in the sphere, and how many had any.
+
+    Nothing can push these out, and what is free of their triangles would be thrown about in vain:
+    of those an edge or a corner remains.
+    """
+    kept, found = triangles, 0
+    if free.min() > 0.0:
+        return kept, found
+    place = np.empty((3, 3))
+    for t in range(len(triangles)):
+        pinned, other = 0, -1
+        for k in range(3):
+            i = triangles[t, k]
+            if free[i] > 0.0:
+                other = i
+            else:
+                place[pinned] = points[i]
+                pinned += 1
+        if pinned == 0 or other < 0:
+            continue
+        b, c = min(1, pinned - 1), pinned - 1
+        nearest = closest_point(place, 0, b, c)[0]
+        # Pins all move alike, seen from the sphere.
+        for k in range(3):
+            if free[triangles[t, k]] == 0.0:
+                place += h * speeds[triangles[t, k]]
+                break
+        nearest = min(nearest, closest_point(place, 0, b, c)[0])
+        if nearest < (radius - tolerance) ** 2:
+            if found == 0:
+                kept = triangles.copy()
+            found += 1
+            for k in range(3):
+                if free[triangles[t, k]] == 0.0:
+                    kept[t, k] = other
+    return kept, found
+
+
+@exact
 def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Move points through `h` seconds past a sphere of `radius` at the origin.
@@ -245,11 +286,13 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
 
     Returns
     -------
-    (float, bool)
-        Greatest depth of a triangle at the end, m, or 0 where it is within the tolerance; and
-        whether there was contact at all.
+    (float, bool, bool)
+        Greatest depth of a triangle at the end, m, or 0 where it is within the tolerance; whether
+        there was contact at all; and whether points had to be moved otherwise than by velocities.
 
     """
+    whole = triangles
+    triangles, pinned = _leave_to_pins(points, speeds, free, whole, radius, h, tolerance)
     weights = np.empty((len(triangles), 3))
     normals = np.empty((len(triangles), 3))
     gaps = np.empty(len(triangles))
@@ -257,7 +300,7 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     start = np.empty_like(points)
     claimed = np.zeros(len(points), np.int32)
     stride_number = 0
-    left, depth, touched = h, 0.0, False
+    left, depth, touched, forced = h, 0.0, False, False
     while left > 0.0:
         fastest = _greatest_speed(speeds)
         if not np.isfinite(fastest):
@@ -310,8 +353,11 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
             _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
         depth = 0.0
         if strayed or held or not settled:
+            forced = True
             depth = deepest(points, triangles, radius)
             if depth <= 2.0 * tolerance:
                 depth = 0.0
         left -= stride
-    return depth, touched
+    if pinned > 0:
+        depth = deepest(points, whole, radius)
+    return depth, touched, forced

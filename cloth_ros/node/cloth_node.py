@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
@@ -17,8 +17,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import try_shutdown
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
@@ -27,17 +25,19 @@ from visualization_msgs.msg import MarkerArray
 from ..messages.diagnostics import diagnostics_message
 from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
-from ..model import Cloth
+from ..model import Cloth, Scene
 from ..model.background import Background, compile_for
 from ..model.coarse import cloth_on, take_over
 from ..model.error_monitor import ErrorMonitor
+from ..model.guard import Repeats
 from ..model.substeps import method_for
-from .executor import quickest_executor
+from .clock_step import wake_after_steps
 from .frames import Frames
 from .main import Stop
+from .namesakes import Namesakes
 from .overload import Level, Overload
 from .pacing import Pacing
-from .parameters import changed_scene, declare_scene, typed
+from .parameters import SafeParameterService, changed_scene, declare_scene, typed
 from .solution import solution
 from .tick_times import TickTimes
 
@@ -47,15 +47,19 @@ _WARNING_EVERY = 5.0  # s, between two warnings of one kind
 _JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
 _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
 _AT_ONCE = 0.1  # s, to wait for kernels before the cloth goes on without them
-_STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
 
 class ClothNode(Node):
     """Steps a cloth by the clock, publishes it, and takes wind, sphere and parameters."""
 
     def __init__(self, stop: Stop) -> None:
-        super().__init__('cloth', automatically_declare_parameters_from_overrides=True)
+        super().__init__(
+            'cloth',
+            automatically_declare_parameters_from_overrides=True,
+            start_parameter_services=False,
+        )
         scene = declare_scene(self)
+        self._parameter_service = SafeParameterService(self)
         self._log = self.get_logger()
         self._log.info('kernels that were never compiled on this machine take some seconds each')
         self._stop = stop
@@ -69,12 +73,14 @@ class ClothNode(Node):
         self._monitor = ErrorMonitor(self._cloth, background=True)
         self._asked = scene
         self._coming: Background[None] | None = None
+        self._next = scene
+        self._may_adopt = True
+        self._unsaid = False
         self._paused = False
         self._rejected: Counter[str] = Counter()
         self._timer: Any = None
         self._input_loggers: dict[str, Any] = {}
-        self._unfinished = 0
-        self._failing = False
+        self._repeats = Repeats()
         self._ticks = 0
         self._times = TickTimes()
         self._frames = Frames(self, scene.frame_id)
@@ -94,7 +100,9 @@ class ClothNode(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
-        self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        reports = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        wake_after_steps(reports)
+        Namesakes(self, self._steady)
         self._start_ticking()
         self._greet()
 
@@ -142,9 +150,9 @@ class ClothNode(Node):
         self._timer = self.create_timer(period, self._tick, clock=self._ticking)
 
     def _tick(self) -> None:
+        self._may_adopt = True
+        self._follow_parameters()
         now, stamp = self._ticking.now().nanoseconds, self.get_clock().now().nanoseconds
-        if self._coming is not None and self._coming.done:
-            self._adopt()
         elapsed, last = (now - self._last) * 1e-9, self._last
         self._last = now
         self._ticks += 1
@@ -155,6 +163,8 @@ class ClothNode(Node):
             self._pacing.forget()
         else:
             self._simulate(elapsed)
+            if self._stop.asked:  # in the middle of a step: there is no state to publish
+                return
             # The state is as old as what is pending.
             self._stamp = max(stamp - int(self._pacing.pending * 1e9), 0)
         start = time.perf_counter()
@@ -194,19 +204,12 @@ class ClothNode(Node):
         if count == 0:
             return
         start = time.perf_counter()
-        try:
-            with self._stop.interrupting():
-                if self._estimating:
-                    self._monitor.observe(count * substep)
-                cloth.advance(count * substep)
-        except FloatingPointError as error:
-            self._unfinished += 1
-            self._monitor.forget()
-            self._failing = True
-            pacing.forget()
-            self._log.error(str(error), throttle_duration_sec=_WARNING_EVERY)
+        with self._stop.interrupting():
+            if self._estimating:
+                self._monitor.observe(count * substep)
+            cloth.advance(count * substep)
+        if self._stop.asked:
             return
-        self._failing = False
         pacing.done(count, substep, time.perf_counter() - start)
         if pacing.lost > lost:
             self._follow_overload(changed=self._overload.relax(pacing.cost))
@@ -224,6 +227,7 @@ class ClothNode(Node):
             self._cloth.configure(level.scene)
         else:
             before, self._cloth = self._cloth, cloth_on(level.scene, level.spacing)
+            self._repeats = Repeats()
             take_over(self._cloth, before)
         self._spacing = level.spacing
         self._pacing.expect(self._cloth.compile())
@@ -251,6 +255,7 @@ class ClothNode(Node):
         )
 
     def _on_wind(self, message: Vector3Stamped) -> None:
+        self._follow_parameters()
         vector = (message.vector.x, message.vector.y, message.vector.z)
         try:
             self._cloth.wind = self._frames.to_own(vector, message.header.frame_id, is_point=False)
@@ -264,6 +269,7 @@ class ClothNode(Node):
             self._reject('wind', error)
 
     def _on_sphere_pose(self, message: PoseStamped) -> None:
+        self._follow_parameters()
         position = message.pose.position
         try:
             point = (position.x, position.y, position.z)
@@ -274,6 +280,7 @@ class ClothNode(Node):
             self._reject('sphere_pose', error)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._follow_parameters()
         self._cloth.reset()
         self._monitor.restart()
         self._pacing.forget()
@@ -298,38 +305,53 @@ class ClothNode(Node):
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        before = self._asked
-        scene = self._asked = changed_scene(before, parameters)
-        if scene is not before:
-            self._coming = Background(lambda: compile_for(scene))
-            if self._coming.wait(_AT_ONCE):
-                self._adopt()
-            else:
-                self._log.info('compiling kernels for what has changed; until then all goes on')
-        clock_changed = any(parameter.name == 'use_sim_time' for parameter in parameters)
-        if scene.rate != before.rate or clock_changed:
+        self._asked = changed_scene(self._asked, parameters)
+        if self._may_adopt:
+            self._follow_parameters()
+        if any(parameter.name == 'use_sim_time' for parameter in parameters):
             self._start_ticking()
 
-    def _adopt(self) -> None:
-        """Go on with the scene that was asked for, now that its kernels are there."""
-        self._coming = None
-        solution = self._solution()
-        self._overload = Overload(self._asked)
+    def _follow_parameters(self) -> None:
+        """
+        Go on with the scene that was asked for, once its kernels are there.
+
+        However often parameters change, they do so once a tick, unless an input comes between.
+        """
+        if self._coming is None and self._asked is not self._overload.asked:
+            scene = self._asked
+            self._coming = Background(lambda: compile_for(scene))
+            if not self._coming.wait(_AT_ONCE):
+                self._log.info('compiling kernels for what has changed; until then all goes on')
+            self._next = scene
+        if self._coming is not None and self._coming.done:
+            self._adopt(self._next)
+
+    def _adopt(self, scene: Scene) -> None:
+        before = self._overload.asked
+        self._coming, self._may_adopt = None, False
+        self._overload = Overload(scene)
         self._go_on_with(self._overload.level)
         self._markers = None
-        if self._solution() != solution:
-            self._log.info(self._solution())
+        self._unsaid = True
+        if scene.rate != before.rate:
+            self._start_ticking()
 
     # Diagnostics
 
     def _publish_diagnostics(self) -> None:
         cloth = self._cloth
+        if self._unsaid:
+            self._unsaid = False
+            self._log.info(self._solution())
         factor, lost = self._pacing.take_report()
         level = DiagnosticStatus.WARN
+        repeated = cloth.repeats.since(self._repeats).text
+        self._repeats = replace(cloth.repeats)
         if self._paused:
             message, level = 'paused', DiagnosticStatus.OK
-        elif self._failing:
-            message, level = 'the cloth cannot go on from its state', DiagnosticStatus.ERROR
+        elif repeated:
+            message = f'energy from nowhere: repeated stretches of substeps, {repeated}'
+            self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
         elif self._ticks == 0:
             message = 'no tick since the last report; is there a /clock?'
         elif lost > 0:
@@ -357,39 +379,13 @@ class ClothNode(Node):
             'energy [J]': cloth.energy(),
             'largest strain': cloth.largest_strain(),
             **self._monitor.report(),
+            'sphere radius [m]': cloth.sphere_radius,
             'sphere depth [m]': cloth.sphere_depth,
             'rejected inputs': self._rejected.total(),
             'rejected wind': self._rejected['wind'],
             'rejected sphere_pose': self._rejected['sphere_pose'],
-            'steps not finite': self._unfinished,
+            **{f'stretches {how}': count for how, count in vars(cloth.repeats).items()},
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
         self._diagnostics_out.publish(diagnostics_message(header, name, message, values, level))
-
-
-def run(stop: Stop, args: list[str] | None) -> None:
-    """
-    Make the node and spin it until `stop` asks.
-
-    Raises
-    ------
-    SystemExit
-        The node cannot be made; its text says why.
-
-    """
-    try:
-        # rclpy's own handlers would end the context in the middle of a tick.
-        try:
-            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-            executor = quickest_executor()
-            node = ClothNode(stop)
-        except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
-            raise SystemExit(' '.join(str(error).split())) from None
-        executor.add_node(node)
-        stop.defer()
-        while not stop.asked:
-            executor.spin_once(timeout_sec=_STOP_WITHIN)
-    finally:
-        stop.defer()
-        try_shutdown()

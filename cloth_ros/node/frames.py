@@ -10,6 +10,7 @@ from rclpy.node import Node
 from rclpy.time import Time
 
 from ..model.lattice import rotation_matrix
+from ..model.quantity import shown
 
 Vector = tuple[float, float, float]
 
@@ -55,15 +56,15 @@ class Frames:
             return vector
         if self._tf2 is None:
             raise ValueError(
-                f'the frame is {frame_id!r}, but must be {self._frame_id!r} or empty where tf2 '
-                'is not installed; transform it, or install ros-jazzy-tf2-ros'
+                f'the frame is {shown(frame_id)}, but must be {self._frame_id!r} or empty where '
+                'tf2 is not installed; transform it, or install ros-jazzy-tf2-ros'
             )
         try:
             # The latest: to wait for the one of the stamp would delay the command.
             stamped = self._buffer.lookup_transform(self._frame_id, frame_id, Time())
         except self._tf2.TransformException as error:
             raise ValueError(
-                f'the frame is {frame_id!r}, from which tf2 knows no way to '
+                f'the frame is {shown(frame_id)}, from which tf2 knows no way to '
                 f'{self._frame_id!r} ({error}); publish the transform'
             ) from None
         return transformed(vector, stamped.transform, is_point=is_point)

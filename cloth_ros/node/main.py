@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+
+class Interrupt(BaseException):
+    """
+    A signal asks to stop.
+
+    Not KeyboardInterrupt: where one passes through `exec`, which Numba uses, Python ends itself by
+    SIGINT although it was caught.
+    """
 
 
 class Stop:
     """
     What SIGINT and SIGTERM ask for.
 
-    They raise KeyboardInterrupt while the node is being made and while it simulates, which may
+    They raise `Interrupt` while the node is being made and while it simulates, which may
     take long; elsewhere, in the middle of rclpy, they only leave word.
 
     Attributes
@@ -35,7 +42,7 @@ class Stop:
         self.asked = True
         if self._raising:
             self._raising = False
-            raise KeyboardInterrupt
+            raise Interrupt
 
     def defer(self) -> None:
         """Raise no longer, from here on."""
@@ -43,10 +50,12 @@ class Stop:
 
     @contextmanager
     def interrupting(self) -> Iterator[None]:
-        """Raise within this block."""
-        self._raising = not self.asked
+        """Leave this block at once when asked to stop."""
         try:
+            self._raising = not self.asked
             yield
+        except Interrupt:
+            pass  # handed on, it would be logged by the executor as a fault
         finally:
             self._raising = False
 
@@ -54,26 +63,29 @@ class Stop:
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
     stop = Stop()
-    if 'HOME' not in os.environ and 'ROS_LOG_DIR' not in os.environ:
-        # Without either rclpy does not start; logs are worth less than the cloth.
-        os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='cloth_ros-')
     try:
-        from .cloth_node import run
+        from .run import run
 
         run(stop, args)
-    except KeyboardInterrupt:
-        pass
-    except ModuleNotFoundError as error:
+    except BaseException as error:
+        # On its way up an interrupt may become something else: an import makes it ImportError.
+        return 0 if stop.asked else _explain(error)
+    return 0
+
+
+def _explain(error: BaseException) -> int:
+    """Say in a line why there is no node, and return the exit code; raise what is no reason."""
+    if isinstance(error, ModuleNotFoundError):
         print(
             f'cloth_node: there is no {error.name}; source ROS 2 Jazzy, or install its wheels: '
             "pip install 'cloth_ros[ros]'",
             file=sys.stderr,
         )
         return 2
-    except SystemExit as error:
+    if isinstance(error, SystemExit):
         print(f'cloth_node: {error}', file=sys.stderr)
         return 2
-    return 0
+    raise error
 
 
 if __name__ == '__main__':

@@ -6,13 +6,36 @@ import array
 from collections.abc import Iterable
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
 
-from ..model import Scene
-from ..model.quantity import PARAMETER_NAMES, Quantity, unknown_name
+from ..model import Scene, memory
+from ..model.quantity import (
+    PARAMETER_NAMES,
+    Quantity,
+    convert,
+    one_line,
+    refuse,
+    shown,
+    unknown_name,
+)
 from ..model.scene_file import NODE_PARAMETERS
+
+_LONGEST = 600  # characters of a reason
+# What may be overridden of a topic: its default, and what it may be.
+_QOS: dict[str, tuple[object, Quantity]] = {
+    'depth': (0, Quantity('', low=0, high=1000)),
+    'history': ('', Quantity('', choices=('keep_last', 'keep_all', 'system_default'))),
+    'reliability': ('', Quantity('', choices=('reliable', 'best_effort', 'system_default'))),
+}
 
 
 def _ros_value(value: Any) -> Any:
@@ -42,6 +65,13 @@ def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
     return descriptor
 
 
+def _check_qos(name: str, policy: str, value: object) -> None:
+    """Raise ValueError for an override that rclpy would fail on without saying which."""
+    if policy == 'depth' and isinstance(value, float):
+        raise refuse(name, value, 'a whole number', 'write it without point and exponent')
+    convert(name, value.lower() if isinstance(value, str) else value, *_QOS[policy])
+
+
 def declare_scene(node: Node) -> Scene:
     """
     Declare the parameters of a scene on a node, and return the scene that its overrides give.
@@ -59,6 +89,9 @@ def declare_scene(node: Node) -> Scene:
     given = {}
     overrides: dict[str, Any] = node.get_parameters_by_prefix('')
     for name, parameter in overrides.items():
+        policy = name.rpartition('.')[2]
+        if name.startswith('qos_overrides.') and policy in _QOS:
+            _check_qos(name, policy, parameter.value)
         if name.split('.')[0] in NODE_PARAMETERS:
             continue
         if name in PARAMETER_NAMES:
@@ -68,6 +101,7 @@ def declare_scene(node: Node) -> Scene:
             # A file for several nodes may rightly hold names of others.
             node.get_logger().warning(f'ignored: {unknown_name(name, list(PARAMETER_NAMES))}')
     scene = Scene.from_parameters(given)
+    memory.check(scene, memory.of_node(scene))
     for name, value in scene.flat().items():
         descriptor = _descriptor(name, value, PARAMETER_NAMES[name])
         node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
@@ -100,4 +134,38 @@ def changed_scene(scene: Scene, parameters: Iterable[Parameter]) -> Scene:
         for parameter in parameters
         if parameter.name in PARAMETER_NAMES
     }
-    return scene.with_parameters(changes) if changes else scene
+    if not changes:
+        return scene
+    changed = scene.with_parameters(changes)
+    memory.check(changed, memory.of_node(changed))
+    return changed
+
+
+class SafeParameterService(ParameterService):
+    """The services for parameters, which outlive a type that there is not; rclpy's own do not."""
+
+    def _set_parameters_callback(
+        self, request: SetParameters.Request, response: SetParameters.Response
+    ) -> SetParameters.Response:
+        for parameter in request.parameters:
+            single = SetParametersAtomically.Request(parameters=[parameter])
+            answer = SetParametersAtomically.Response()
+            self._set_parameters_atomically_callback(single, answer)
+            response.results.append(answer.result)
+        return response
+
+    def _set_parameters_atomically_callback(
+        self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+    ) -> SetParametersAtomically.Response:
+        for parameter in request.parameters:
+            try:
+                Parameter.Type(parameter.value.type)
+            except ValueError:
+                name, kind = shown(parameter.name), parameter.value.type
+                reason = refuse(f'the type of {name}', kind, '0 to 9', 'see ParameterType')
+                response.result = SetParametersResult(successful=False, reason=str(reason))
+                return response
+        super()._set_parameters_atomically_callback(request, response)
+        # rclpy quotes names of any length.
+        response.result.reason = one_line(response.result.reason)[:_LONGEST]
+        return response

@@ -1,0 +1,135 @@
+"""
+How much memory a scene takes at most, and how much of it there is.
+
+Counted from the arrays, per particle, and confirmed by the peak of resident memory of real
+processes (`test_memory.py`).  What Python, Numba and rclpy take themselves, some 200 MB, is the
+same for every scene and is left out.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import resource
+from pathlib import Path, PurePosixPath
+
+from .lattice import Lattice
+from .quantity import refuse
+from .scene import Scene
+from .springs import families
+from .substeps import precision_for
+
+# Share of the memory that one scene may take.
+_SHARE = 0.5
+# Bytes per particle that are there for a while only: energies, strains and contacts are computed
+# in double precision.
+_WORKING = 180
+# Bytes per particle in messages: six real numbers; six corners of two triangles, of three doubles
+# each; and both ends of each spring.
+_PARTICLES, _TRIANGLES, _SPRING = 24, 144, 48
+# How often a message is there at once: as a template, as bytes, and in the queues of DDS.
+_COPIES = 10
+
+
+def _kept(scene: Scene, precision: str) -> int:
+    """Return the bytes per particle that a cloth holds on to."""
+    dissipative = scene.has_air or scene.springs.damping > 0
+    # Of `State`, of what it was before an advance, of `Dynamics`.
+    components = 13 + 6 + 6 * scene.has_air + 3 * dissipative
+    contact = 12 * (scene.sphere.radius > 0)  # three lists of indices
+    return components * (8 if precision == 'double' else 4) + contact
+
+
+def of_cloth(scene: Scene) -> int:
+    """Return the bytes that a `Cloth` of the scene takes at most."""
+    size = Lattice(scene.sheet.rows, scene.sheet.columns).size
+    return size * (_kept(scene, precision_for(scene)) + _WORKING)
+
+
+def of_node(scene: Scene) -> int:
+    """Return the bytes that a live node takes at most for the scene, its messages included."""
+    size = Lattice(scene.sheet.rows, scene.sheet.columns).size
+    message = _PARTICLES
+    if scene.markers.rate > 0:
+        triangles = min(scene.sheet.rows, scene.sheet.columns) > 1
+        message += _TRIANGLES * triangles
+        if scene.markers.springs or not triangles:
+            message += _SPRING * len(list(families(scene)))
+    twin = _kept(scene, 'double') + _WORKING // 2  # of the error monitor
+    return of_cloth(scene) + size * (_COPIES * message + twin)
+
+
+def check(scene: Scene, needed: int, memory: int | None = None) -> None:
+    """
+    Refuse a scene for which there is not enough memory.
+
+    Parameters
+    ----------
+    scene
+        What is to be made.
+    needed
+        What it takes, bytes; see `of_cloth` and `of_node`.
+    memory
+        What there is, bytes; None: what this process may use.
+
+    Raises
+    ------
+    ValueError
+        It takes more than half.
+
+    """
+    most = _SHARE * (available() if memory is None else memory)
+    if needed > most:
+        sheet = scene.sheet
+        raise refuse(
+            f'the memory for {sheet.rows} × {sheet.columns} particles in MB',
+            round(needed / 1e6),
+            f'at most {most / 1e6:.0f}, half of what there is',
+            'lower sheet.rows or sheet.columns',
+        )
+
+
+@functools.cache
+def available(root: str = '/') -> int:
+    """
+    Return the memory that this process may use, bytes.
+
+    That of the machine, or what a control group or `ulimit -v` leaves of it.
+
+    Parameters
+    ----------
+    root
+        Where `proc` and `sys` are.
+
+    """
+    proc, groups = Path(root, 'proc'), Path(root, 'sys/fs/cgroup')
+    try:
+        total = (proc / 'meminfo').read_text().split('MemTotal:')[1].split()[0]
+        limits = [1024 * int(total)]
+    except OSError:  # another system than Linux
+        limits = [os.sysconf('SC_PHYS_PAGES') * os.sysconf('SC_PAGE_SIZE')]
+    most, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if most != resource.RLIM_INFINITY:
+        limits.append(most)
+    try:
+        lines = (proc / 'self/cgroup').read_text().splitlines()
+    except OSError:  # a kernel without control groups
+        lines = []
+    for line in lines:
+        _, controllers, name = line.split(':', 2)
+        if not controllers:
+            folder, file = groups, 'memory.max'
+        elif 'memory' in controllers.split(','):
+            folder, file = groups / 'memory', 'memory.limit_in_bytes'
+        else:
+            continue
+        # A limit holds for all groups below, and a container sees its own at the top.
+        path = PurePosixPath(name.lstrip('/'))
+        for group in (path, *path.parents):
+            try:
+                text = (folder / group / file).read_text().strip()
+            except OSError:
+                continue
+            if text.isdigit():  # not "max"
+                limits.append(int(text))
+    return min(limits)

@@ -1,0 +1,44 @@
+"""What is wrong with a command line, in words for people."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.utilities import remove_ros_args
+
+from ..model.quantity import one_line, refuse
+from ..model.scene_file import text_of
+
+_LONGEST = 600  # characters of a complaint
+
+
+def check_files(arguments: Sequence[str]) -> None:
+    """Raise ValueError where rcl would wait for a pipe, or read a file without end."""
+    for flag, path in pairwise(arguments):
+        if flag == '--params-file':
+            try:
+                text_of(path)
+            except OSError as error:
+                raise ValueError(f'{path}: {error.strerror}; give a file') from None
+            except ValueError as error:
+                raise ValueError(f'{path}: {error}') from None
+
+
+def check_rest(arguments: Sequence[str]) -> None:
+    """Raise ValueError where something is left over that ROS does not take."""
+    rest = remove_ros_args(list(arguments))
+    if rest:
+        remedy = 'give a scene so: cloth_node --ros-args --params-file SCENE'
+        raise refuse('an argument', rest[0], 'one for ROS, behind --ros-args', remedy)
+
+
+def complaint(error: Exception) -> str:
+    """Return one line for what the scene, or rcl, says of arguments that it does not take."""
+    text = one_line(str(error))
+    if isinstance(error, rclpy_implementation.UnknownROSArgsError):
+        text = f'unknown ROS arguments {text}; leave them out'
+    elif 'PARAMETER_NOT_SET' in text:
+        text = f'{text}; an empty list has no type: for no pins, write pins: [""]'
+    return text if len(text) <= _LONGEST else f'{text[:_LONGEST]} …'

@@ -1,0 +1,167 @@
+"""Faults of the clocks."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+import subprocess
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rosgraph_msgs.msg import Clock
+
+from ..live import Listener, Live, live
+from ..record import Row
+from .cannot import CannotDoError
+
+_SOON = 30.0  # s, within which the node must be well again
+_CLOCK_RATE = 200.0  # Hz
+
+
+class SystemClock:
+    """
+    The system clock of a process that is started with `variables`; the machine's is left alone.
+
+    A preloaded library stands between the process and the clock, see clock_shift.c.
+    """
+
+    def __init__(self, folder: str) -> None:
+        compiler = shutil.which('cc')
+        if compiler is None:
+            raise CannotDoError('needs a C compiler')
+        source, library = Path(__file__).with_name('clock_shift.c'), Path(folder) / 'shift.so'
+        command = [compiler, '-shared', '-fPIC', '-O2', '-o', str(library), str(source), '-ldl']
+        subprocess.run(command, check=True)
+        self._file = Path(folder) / 'shift'
+        self.shift(0)
+        self.variables = {'LD_PRELOAD': str(library), 'CLOCK_SHIFT': str(self._file)}
+
+    def shift(self, seconds: int) -> None:
+        """Have the clock be so many seconds ahead of the machine's."""
+        with self._file.open('r+b' if self._file.exists() else 'wb') as file:
+            file.write(struct.pack('q', seconds))
+
+
+def system_clock(quick: bool) -> Row:
+    """The system clock jumps forward and backward."""
+    times = 2 if quick else 10
+    with tempfile.TemporaryDirectory() as folder:
+        clock = SystemClock(folder)
+        with live(variables=clock.variables) as running:
+            began, recoveries = time.monotonic(), []
+            for shift in (3600, -3600) * times:
+                clock.shift(shift)
+                jumped = time.monotonic()
+                running.spin_until_stamped(time.time() + shift)
+                recoveries.append(running.recover(jumped, _SOON))
+            factors = [each.factor for each in running.listener.reports if each.at > began]
+            measured = (
+                f'{running.ticks(began, time.monotonic(), by_arrival=True)}; real-time factor '
+                f'{min(factors):.3f} to {max(factors):.3f}; recovered in '
+                f'{max(recoveries):.2f} s'
+            )
+            kept = running.well()
+    return Row(
+        f'the system clock jumps an hour ahead and two hours back, {times} times',
+        'ticks and simulated time go on; stamps follow the clock',
+        measured,
+        kept,
+    )
+
+
+class SimulatedClock:
+    """
+    Publishes /clock at the rate of real time, to a node that follows it.
+
+    Attributes
+    ----------
+    offset
+        Of /clock against the steady clock, s.
+    still
+        True to publish nothing.
+
+    """
+
+    def __init__(self, listener: Listener) -> None:
+        self.offset = 0.0
+        self.still = False
+        self._publisher = listener.publisher(Clock, '/clock')
+        self._timer = listener.create_timer(1 / _CLOCK_RATE, self._publish)
+
+    def _publish(self) -> None:
+        if self.still:
+            return
+        message = Clock()
+        nanoseconds = int(1e9 * (time.monotonic() + self.offset))
+        message.clock.sec, message.clock.nanosec = divmod(nanoseconds, 10**9)
+        self._publisher.publish(message)
+
+    def end(self, listener: Listener) -> None:
+        """Publish no more."""
+        listener.destroy_timer(self._timer)
+        listener.destroy_publisher(self._publisher)
+
+
+def _follow_clock(listener: Listener, *, simulated: bool) -> None:
+    value = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=simulated)
+    request = SetParameters.Request(parameters=[Parameter(name='use_sim_time', value=value)])
+    listener.call(SetParameters, '/cloth/set_parameters', request)
+
+
+@contextmanager
+def _simulated_time(running: Live) -> Iterator[SimulatedClock]:
+    """Have the node follow a /clock."""
+    listener = running.listener
+    _follow_clock(listener, simulated=True)
+    clock = SimulatedClock(listener)
+    running.recover(time.monotonic(), _SOON)
+    yield clock
+    _follow_clock(listener, simulated=False)
+    clock.end(listener)
+    running.recover(time.monotonic(), _SOON)
+
+
+def clock_jumps(running: Live, quick: bool) -> Row:
+    """/clock jumps forward and backward."""
+    recoveries = []
+    before = running.node.output.count('slow motion')
+    with _simulated_time(running) as clock:
+        for jump in (1000.0, -2000.0):
+            clock.offset += jump
+            jumped = time.monotonic()
+            running.spin_until_stamped(jumped + clock.offset)
+            recoveries.append(running.recover(jumped, _SOON))
+        slow = running.node.output.count('slow motion') - before
+    return Row(
+        '/clock jumps 1000 s ahead, then 2000 s back',
+        'ticks follow it; no time is made up, and none is called lost',
+        f'recovered in {max(recoveries):.2f} s; {slow} warnings of slow motion',
+        running.well() and not slow,
+    )
+
+
+def clock_stands(running: Live, quick: bool) -> Row:
+    """/clock stands still, and goes on where it stood."""
+    seconds = 2.5 if quick else 10.0
+    with _simulated_time(running) as clock:
+        listener = running.listener
+        clock.still, stopped = True, time.monotonic()
+        listener.spin_for(0.5)  # what is on its way
+        before = len(listener.particles)
+        listener.spin_for(seconds)
+        meanwhile = len(listener.particles) - before
+        said = 'is there a /clock?' in listener.reports[-1].message
+        clock.still = False
+        clock.offset -= time.monotonic() - stopped
+        recovery = running.recover(time.monotonic(), _SOON)
+    return Row(
+        f'/clock stands still for {seconds:g} s',
+        'so does the cloth, and the diagnostics say why; it goes on with /clock',
+        f'{meanwhile} messages meanwhile; recovered in {recovery:.2f} s',
+        running.well() and meanwhile == 0 and said,
+    )

@@ -1,0 +1,174 @@
+"""
+A live node for hours: its memory, its rate, its warnings.
+
+    python -m reliability.soak [--seconds 3600]
+
+A curtain of 64 × 64 particles in gusts, with wind and sphere commanded from this process, which
+also subscribes to particles, markers and diagnostics.  The sphere swings through the lower edge of
+the curtain.  Once a second what the node takes is noted; at the end it is said how that changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from visualization_msgs.msg import MarkerArray
+
+from .live import OK, Live, live, lost
+from .record import Row, write
+
+_SCENE = ('--params-file', 'config/gust.yaml', '-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
+_COMMANDS = 50.0  # Hz
+_SWING, _BREEZE = 8.0, 3.0  # s, periods of sphere and wind
+_WARM_UP = 300.0  # s, or a quarter of the whole: caches fill, the error monitor finds its window
+_PROGRESS = 60  # s
+
+# What is promised.
+GROWTH = 1.0  # MB an hour
+DRIFT = 0.01  # of rate and of real time
+
+
+@dataclass
+class Soak:
+    """
+    What was measured.
+
+    Attributes
+    ----------
+    seconds, memory
+        When it was noted, s, and the node's own resident memory then, MB.
+    rate
+        Of the ticks, Hz, over the whole; counted and timed by the publisher.
+    factors
+        Real-time factor of each report.
+    real_time
+        Simulated by wall-clock time, over the whole.
+    lost, not_finite
+        Messages of particles that did not arrive, and those with a number in them that is none.
+    warnings
+        Lines of the log and reports that are not well.
+
+    """
+
+    seconds: list[float] = field(default_factory=list)
+    memory: list[float] = field(default_factory=list)
+    rate: float = 0.0
+    factors: list[float] = field(default_factory=list)
+    real_time: float = 0.0
+    lost: int = 0
+    not_finite: int = 0
+    warnings: list[str] = field(default_factory=list)
+
+    def growth(self, warm_up: float) -> tuple[float, float]:
+        """Return what memory grew by after the warm-up, MB, and its slope in MB an hour."""
+        seconds, memory = np.array(self.seconds), np.array(self.memory)
+        after = seconds >= warm_up
+        slope, _ = np.polyfit(seconds[after], memory[after], 1)
+        return float(memory[after][-1] - memory[after][0]), 3600 * float(slope)
+
+
+def _command(running: Live, seconds: float, soak: Soak) -> None:
+    """Move wind and sphere for some time, and note once a second what the node takes."""
+    listener = running.listener
+    wind = listener.publisher(Vector3Stamped, '/wind')
+    sphere = listener.publisher(PoseStamped, '/sphere_pose')
+    breeze, place = Vector3Stamped(), PoseStamped()
+    start, sent = time.monotonic(), 0
+    while (now := time.monotonic() - start) < seconds:
+        if now >= sent / _COMMANDS:
+            breeze.vector.y = 2.0 * math.sin(2 * math.pi * now / _BREEZE)
+            place.pose.position.y = -0.6 * math.cos(2 * math.pi * now / _SWING)
+            place.pose.position.z = 1.0
+            wind.publish(breeze)
+            sphere.publish(place)
+            sent += 1
+        if now >= len(soak.seconds):
+            soak.seconds.append(now)
+            soak.memory.append(running.node.memory)
+            if len(soak.seconds) % _PROGRESS == 0:
+                print(f'{now:.0f} s: {soak.memory[-1]:.2f} MB, {_newest(running)}', flush=True)
+        listener.spin_for(max(min(sent / _COMMANDS - (time.monotonic() - start), 0.02), 0.0))
+
+
+def _newest(running: Live) -> str:
+    report = running.listener.reports[-1]
+    return f'{report.message}, load {report.values["load [share of real time]"]}'
+
+
+def run(seconds: float, *ros_arguments: str) -> Soak:
+    """Run a node for some time; more ROS arguments may change its scene."""
+    soak = Soak()
+    with live(*_SCENE, *ros_arguments) as running:
+        listener = running.listener
+        listener.create_subscription(MarkerArray, '/cloth/markers', lambda _: None, 5, raw=True)
+        listener.particles.clear()
+        listener.reports.clear()
+        _command(running, seconds, soak)
+        first, last = listener.particles[0], listener.particles[-1]
+        reports = listener.reports
+        soak.rate = (last.number - first.number) / (last.sent - first.sent)
+        soak.lost = lost(listener.particles)
+        soak.not_finite = listener.not_finite
+        soak.factors = [each.factor for each in reports]
+        simulated = reports[-1].simulated - reports[0].simulated
+        soak.real_time = simulated / (reports[-1].at - reports[0].at)
+        soak.warnings = [line for line in running.node.output.splitlines() if '[INFO]' not in line]
+        soak.warnings += [each.message for each in reports if each.level != OK]
+        assert running.node.stop() == 0, running.node.output
+    return soak
+
+
+def rows(soak: Soak, seconds: float) -> list[Row]:
+    """Return what was promised and measured."""
+    warm_up = min(_WARM_UP, seconds / 4)
+    growth, slope = soak.growth(warm_up)
+    quarters = [float(np.mean(each)) for each in np.array_split(soak.factors, 4)]
+    return [
+        Row(
+            'memory of the node, pages of files left out',
+            f'grows by less than {GROWTH:g} MB an hour after warm-up',
+            f'{slope:+.2f} MB an hour by a linear fit after {warm_up:.0f} s; {growth:+.2f} MB in '
+            f'the {seconds - warm_up:.0f} s, to {soak.memory[-1]:.1f} MB',
+            slope < GROWTH,
+        ),
+        Row(
+            'rate of the ticks',
+            f'60 Hz, kept to {100 * DRIFT:g} %',
+            f'{soak.rate:.4f} Hz; {soak.lost} messages lost',
+            abs(soak.rate / 60 - 1) < DRIFT,
+        ),
+        Row(
+            'real-time factor',
+            f'1, kept to {100 * DRIFT:g} %',
+            f'{soak.real_time:.5f} over the whole; least in a second {min(soak.factors):.3f}; '
+            f'means of the four quarters {", ".join(f"{each:.4f}" for each in quarters)}',
+            abs(soak.real_time - 1) < DRIFT,
+        ),
+        Row(
+            'warnings, in the log and in /diagnostics',
+            'none',
+            f'{len(soak.warnings)}' + ''.join(f'; {each}' for each in soak.warnings[:3]),
+            not soak.warnings,
+        ),
+        Row('numbers that are not finite', 'none', f'{soak.not_finite}', not soak.not_finite),
+    ]
+
+
+def main() -> int:
+    """Run, print and write; return 1 if a promise was broken."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--seconds', type=float, default=3600.0)
+    seconds = parser.parse_args().seconds
+    soak = run(seconds)
+    title = f'A live 64 × 64 scene for {seconds:g} s'
+    return 0 if write('soak', 'make soak', title, rows(soak, seconds)) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
