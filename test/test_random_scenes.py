@@ -56,6 +56,21 @@ BROKEN_ONCE = {
         0.1,
         Input(0.1),
     ),
+    'a sphere that lifted a particle within a single substep was left standing in it': trial(
+        {
+            'sheet.rows': 1,
+            'sheet.columns': 1,
+            'rate': 1.0,
+            'drag': 1e3,
+            'gravity': [0.0, 981.0, 0.0],
+            'pins': [''],
+            'sphere.radius': 1.0,
+            'sphere.position': [0.0, 6.0, 1.0],
+        },
+        'flat',
+        0.1,
+        Input(1.0, sphere=(0.0, 0.0, 0.0)),
+    ),
     'a sheet in dense air in a storm was held for good': trial(
         {**DENSE, 'sheet.rows': 3, 'sheet.columns': 3, 'sheet.mass': 9.0},
         'inverted',

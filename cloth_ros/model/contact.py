@@ -192,18 +192,22 @@ def _load(position, velocity, free, particles, h, start, drift, points, speeds, 
 
 @exact
 def _store(position, velocity, particles, end, drift, points, speeds, moves):  # type: ignore[no-untyped-def]
-    """Write back what moves; return by how much velocities changed, summed over the particles."""
+    """Write back what moves; return by how much, in velocities and positions, summed over all."""
     u, v, w = 0.0, 0.0, 0.0
+    x, y, z = 0.0, 0.0, 0.0
     for n in range(len(particles)):
         if moves[n] > 0:
             i = particles[n]
             u += speeds[n, 0] + drift[0] - velocity[0, i]
             v += speeds[n, 1] + drift[1] - velocity[1, i]
             w += speeds[n, 2] + drift[2] - velocity[2, i]
+            x += points[n, 0] + end[0] - position[0, i]
+            y += points[n, 1] + end[1] - position[1, i]
+            z += points[n, 2] + end[2] - position[2, i]
             for axis in range(3):
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = speeds[n, axis] + drift[axis]
-    return u, v, w
+    return (u, v, w), (x, y, z)
 
 
 class SphereContact:
@@ -222,8 +226,9 @@ class SphereContact:
 
     """
 
-    def __init__(self, sphere: Sphere, lattice: Lattice, centre: Array) -> None:
+    def __init__(self, sphere: Sphere, lattice: Lattice, centre: Array, gravity: Array) -> None:
         self.centre = centre
+        self._gravity = gravity
         self.velocity = np.zeros(3)
         self.deepest = 0.0
         self._lattice = lattice
@@ -253,7 +258,8 @@ class SphereContact:
         Return the work that the sphere can have done since the last call, J for particles of 1 kg.
 
         Seen from the sphere, contact adds no energy; seen from the world, an impulse J then adds
-        u·J at most, with u the velocity of the sphere.  What a sphere does that grows, or that
+        u·J at most, with u the velocity of the sphere, and what it lifts against gravity in a
+        substep that is too long for an impulse to tell.  What a sphere does that grows, or that
         the sheet cannot get out of the way of, is not known: it is given as infinite.
         """
         work, self._work = self._work, 0.0
@@ -346,13 +352,14 @@ class SphereContact:
             points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
         )
         if touched:
-            change = _store(*fields, particles, end, self.velocity, points, speeds, moves)
-            self._work += math.inf if forced else float(self.velocity @ np.array(change))
+            impulse, lifted = _store(*fields, particles, end, self.velocity, points, speeds, moves)
+            work = float(self.velocity @ np.array(impulse))
+            self._work += math.inf if forced else work + max(-float(self._gravity @ lifted), 0.0)
 
 
 def warm_up(dtype: Any) -> None:
     """Compile the kernels before they are needed; the first contact then causes no stall."""
     lattice = Lattice(2, 2)
     state = State(lattice, np.dtype(dtype).type)
-    contact = SphereContact(Sphere(radius=1.0), lattice, np.zeros(3))
+    contact = SphereContact(Sphere(radius=1.0), lattice, np.zeros(3), np.zeros(3))
     contact.resolve(state, 1e-3)

@@ -88,7 +88,8 @@ class Simulation:
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._contact = None
         if scene.sphere.radius > 0:
-            self._contact = SphereContact(scene.sphere, self._lattice, self._sphere.centre)
+            centre, gravity = self._sphere.centre, np.array(scene.gravity)
+            self._contact = SphereContact(scene.sphere, self._lattice, centre, gravity)
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
         self._method = method_for(scene)(self._dynamics)
         self._substep = substep_length(scene)
@@ -204,8 +205,9 @@ class Simulation:
         self._go_back(begin)
         guard.repeats.held += 1
         self._state.velocity[...] = 0
-        self._time += count * h
-        guard.forget()
+        self._moved(count * h)
+        self._take_work()
+        self._accept(math.inf)
 
     def _accept(self, work: float) -> bool:
         """Take the state for good if the guard does."""
