@@ -81,7 +81,7 @@ def test_what_is_imported_is_declared():
 
 
 def test_files_hold_one_subject():
-    folders = ('cloth_ros', 'config', 'examples', 'launch', 'reliability', 'test', 'tools', 'bench')
+    folders = ('cloth_ros', 'config', 'examples', 'launch', 'reliability', 'test', 'tools')
     paths = [path for folder in folders for path in (ROOT / folder).rglob('*.py')]
     assert len(paths) > 40
     assert not [path for path in paths if len(path.read_text().splitlines()) > 400]
