@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,7 +33,7 @@ class BrokenPromiseError(AssertionError):
 
 
 @dataclass
-class Tally:
+class Outcome:
     """
     What the trials came to.
 
@@ -85,8 +86,8 @@ class Watch:
 
     """
 
-    def __init__(self, cloth: Cloth, tally: Tally) -> None:
-        self._cloth, self._tally = cloth, tally
+    def __init__(self, cloth: Cloth, outcome: Outcome) -> None:
+        self._cloth, self._outcome = cloth, outcome
         sheet = cloth.scene.sheet
         self._triangles = _triangles(sheet.rows, sheet.columns).astype(np.int32)
         self.begin()
@@ -111,7 +112,7 @@ class Watch:
             raise BrokenPromiseError('a pin has a velocity')
         self._check_energy()
         self._check_depth(positions)
-        self._tally.advances += 1
+        self._outcome.advances += 1
 
     def _check_energy(self) -> None:
         cloth, scene = self._cloth, self._cloth.scene
@@ -121,7 +122,7 @@ class Watch:
         weight = sheet.mass * float(np.linalg.norm(scene.gravity))
         turnover = self._motion + abs(work) + weight * sheet.diagonal
         if precision_for(scene) == 'single':
-            turnover += 2 * sheet.mass * sheet.diagonal**2
+            turnover += 0.5 * sheet.mass * (2 * sheet.diagonal) ** 2  # at two diagonals a second
         # Rounding of the positions, and of the sum that energy is.
         stiffness = scene.rate_bounds()[0] * sheet.mass
         away = float(np.abs(sheet.position).max()) + sheet.diagonal
@@ -129,7 +130,7 @@ class Watch:
         excess = energy.total - self._start - work
         if turnover == 0:
             return
-        self._tally.energy = max(self._tally.energy, excess / turnover)
+        self._outcome.energy = max(self._outcome.energy, excess / turnover)
         if excess > ENERGY * turnover:
             raise BrokenPromiseError(
                 f'{excess:.3g} J from nowhere, of {turnover:.3g} J turned over'
@@ -147,7 +148,7 @@ class Watch:
         if depth > allowed:
             raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
         if cloth.sphere_depth == 0:
-            self._tally.depth = max(self._tally.depth, depth)
+            self._outcome.depth = max(self._outcome.depth, depth)
         elif not self._pinned.any():
             raise BrokenPromiseError(f'nothing holds a triangle {depth:.3g} m deep in the sphere')
 
@@ -159,28 +160,25 @@ def apply(trial: Trial, cloth: Cloth, what: Input, watch: Watch) -> None:
         cloth.reset()
         watch.begin()
     if what.change:
-        try:
-            changed = scene.with_parameters(dict(what.change))
-        except ValueError:  # refused, as it would take more substeps than any machine can
-            return
-        cloth.configure(changed)
+        with suppress(ValueError):  # more substeps than any machine can take
+            cloth.configure(scene.with_parameters(dict(what.change)))
         watch.begin()
     if what.wind is not None:
         cloth.wind = what.wind
     if what.sphere is not None and cloth.scene.sphere.radius > 0:
         reach = cloth.scene.sheet.diagonal + cloth.scene.sphere.radius
         centre = np.array(scene.sheet.position) + reach * np.array(what.sphere)
-        if np.linalg.norm(centre - cloth.positions[0, 0]) < 900:  # m; see `move_sphere`
+        with suppress(ValueError):  # too far away
             cloth.move_sphere(centre.tolist())
 
 
-def run(trial: Trial, tally: Tally, patience: float = PATIENCE) -> None:
+def run(trial: Trial, outcome: Outcome, patience: float = PATIENCE) -> None:
     """
     Run a trial to its end.
 
     Parameters
     ----------
-    trial, tally
+    trial, outcome
         What to run, and where to count it.
     patience
         Wall-clock time, s, after which it is cut.
@@ -193,16 +191,16 @@ def run(trial: Trial, tally: Tally, patience: float = PATIENCE) -> None:
     """
     end = time.monotonic() + patience
     cloth = trial.cloth()
-    watch = Watch(cloth, tally)
+    watch = Watch(cloth, outcome)
     for what in trial.inputs:
         apply(trial, cloth, what, watch)
         for _ in cloth.march(trial.seconds(cloth, what.seconds)):
             if time.monotonic() > end:
-                tally.cut += 1
+                outcome.cut += 1
                 return
         watch.check()
-    tally.trials += 1
-    tally.starts[trial.start] += 1
+    outcome.trials += 1
+    outcome.starts[trial.start] += 1
     counts = vars(cloth.repeats)
-    tally.repeats.update(counts)
-    tally.repeated += any(counts.values())
+    outcome.repeats.update(counts)
+    outcome.repeated += any(counts.values())

@@ -1,5 +1,5 @@
 """
-The tables of docs/reliability.md, from what the commands of this folder have measured.
+The tables of docs/reliability.md and the README, from what the commands here have measured.
 
     python -m reliability.report
 """
@@ -35,11 +35,28 @@ def section(result: dict[str, Any]) -> str:
 """
 
 
+def summary(results: list[dict[str, Any]]) -> str:
+    """Return a line for each command."""
+    lines = []
+    for result in results:
+        kept = sum(row['kept'] for row in result['rows'])
+        first = result['rows'][0]
+        lines.append(
+            (
+                f'`{result["command"]}`',
+                f'{first["what"]}: {first["measured"]}',
+                f'{kept} of {len(result["rows"])}',
+            )
+        )
+    return table(('command', 'the first of its promises', 'kept'), lines)
+
+
 def main() -> None:
     """Write the tables."""
     paths = [RESULTS / f'{name}.json' for name in _ORDER]
     results = [json.loads(path.read_text(encoding='utf-8')) for path in paths if path.exists()]
     fill(PAGE, 'make reliability', '\n'.join(section(result) for result in results))
+    fill(Path('README.md'), 'make reliability', summary(results))
     print(PAGE)
 
 

@@ -18,7 +18,7 @@ ROUNDING = 2e-6
 def depth(cloth: Cloth) -> float:
     """Greatest depth of a triangle in the sphere, whichever diagonal it is cut along, m."""
     corners = triangles(cloth.positions, both_diagonals=True)
-    return cloth.scene.sphere.radius - distances(corners, cloth.sphere_position).min()
+    return cloth.sphere_radius - distances(corners, cloth.sphere_position).min()
 
 
 @settings(max_examples=300, deadline=None)
@@ -244,3 +244,80 @@ def test_without_a_sphere_there_is_nothing_to_move():
         Cloth(Scene()).move_sphere((0, 0, 1))
     with pytest.raises(ValueError, match=r'sphere position is .*nan'):
         Cloth(Scene(sphere={'radius': 1.0})).move_sphere((0, math.nan, 1))
+
+
+def pressed(**changes: object) -> Cloth:
+    """A sphere that is pressed on a pinned edge."""
+    base = {'pins': ['0,:'], 'sphere.radius': 0.1, 'sphere.position': [0.0, -0.5, 1.5]}
+    cloth = Cloth(
+        Scene().with_parameters({'sheet.rows': 12, 'sheet.columns': 12, **base, **changes})
+    )
+    for position in ((0.0, -0.5, 1.02), (0.0, -0.45, 0.98)):
+        cloth.move_sphere(position)
+        cloth.advance(0.1)
+    return cloth
+
+
+def test_a_sphere_on_a_pinned_edge_does_not_shake_the_sheet():
+    cloth = pressed(drag=2.0)
+    for _ in range(40):
+        cloth.advance(0.5)
+    assert 0.01 < cloth.sphere_depth <= 0.1
+    assert np.linalg.norm(cloth.velocities, axis=-1).max() < 0.05  # m/s, once 75
+    assert cloth.repeats.held == 0
+
+
+def test_a_change_of_a_parameter_leaves_a_sphere_as_large_as_it_is():
+    cloth = pressed()
+    cloth.configure(cloth.scene.with_parameters({'springs.bending': 51.0}))
+    cloth.advance(1e-3)
+    assert cloth.sphere_radius == 0.1
+    twin = Cloth(cloth.scene)
+    twin.adopt(cloth)
+    twin.advance(1e-3)
+    assert twin.sphere_radius == 0.1
+
+
+def test_a_sphere_that_appears_in_the_sheet_grows_and_throws_nothing():
+    scene = {'sphere.radius': 0.3, 'sphere.position': [0.0, 0.0, 1.0]}
+    cloth = Cloth(Scene().with_parameters(scene))
+    cloth.advance(0.01)
+    assert cloth.sphere_radius == pytest.approx(0.01, abs=2e-4)
+    cloth.configure(cloth.scene.with_parameters({'springs.bending': 51.0}))
+    assert cloth.sphere_radius == pytest.approx(0.01, abs=2e-4)
+    fastest = 0.0
+    for _ in range(40):
+        cloth.advance(0.01)
+        fastest = max(fastest, float(np.linalg.norm(cloth.velocities, axis=-1).max()))
+        assert depth(cloth) < TOLERANCE + ROUNDING
+    assert cloth.sphere_radius == 0.3
+    assert fastest < 10  # m/s
+    assert cloth.repeats.text == ''
+
+
+def test_a_sphere_that_appears_grows_as_well_when_a_stretch_is_repeated():
+    cloth = Cloth(Scene().with_parameters({'sphere.radius': 0.3, 'sphere.position': [0, 0, 1.0]}))
+    cloth.advance(0.01)
+    cloth.positions = cloth.positions
+    cloth._state.velocity[2, cloth._lattice.begin + 40] = 1e6
+    cloth.advance(0.01)
+    assert cloth.sphere_radius < 0.05
+
+
+def test_a_sheet_at_rest_on_a_sphere_has_no_work_done_on_it():
+    scene = {
+        'sheet.rows': 9,
+        'sheet.columns': 9,
+        'pins': [''],
+        'sphere.radius': 0.5,
+        'sphere.position': [0.0, 0.0, 0.49],
+        'sphere.friction': 1.0,
+        'drag': 20.0,
+    }
+    cloth = Cloth(Scene().with_parameters(scene))
+    for _ in range(60):
+        cloth.advance(1 / 60)
+    before = cloth.work
+    for _ in range(60):
+        cloth.advance(1 / 60)
+    assert cloth.work - before < 1e-4  # J in a second

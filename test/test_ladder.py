@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from cloth_ros.model import cloth as cloth_module
+from cloth_ros.model import simulation
 from cloth_ros.model.dynamics import Dynamics
 from cloth_ros.model.methods import METHODS
 from cloth_ros.tradeoff import ladder
@@ -60,7 +60,7 @@ def test_forces_that_are_wrong_by_a_hundredth_are_caught(name, fault, method, mo
             changes = {fault: 1.01 * scene.flat()[fault]}
         return Dynamics(scene.with_parameters(changes), *others)
 
-    monkeypatch.setattr(cloth_module, 'Dynamics', faulty)
+    monkeypatch.setattr(simulation, 'Dynamics', faulty)
     assert not BY_NAME[name].measure(method).holds
 
 

@@ -1,8 +1,10 @@
 """The guard of a running node, in a storm that is more than its steps can take."""
 
 import math
+import time
 
 import numpy as np
+from conftest import PATIENCE
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from ros_messages import numbers, wind
@@ -17,8 +19,9 @@ def test_what_is_repeated_is_said_and_nothing_that_is_not_finite_is_published(st
     reports = probe.collect(DiagnosticArray, '/diagnostics')
     blow = probe.publisher(Vector3Stamped, '/wind')
     probe.spin_until(lambda: particles and reports)
-    said = []
+    said, end = [], time.monotonic() + PATIENCE
     while not said:
+        assert time.monotonic() < end, 'waited in vain'
         for sign in (1.0, -1.0):
             blow.publish(wind(y=sign * STORM))
             probe.spin_for(0.3)

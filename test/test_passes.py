@@ -118,5 +118,3 @@ def test_dissipation_is_spaced_by_an_odd_number_and_takes_little_at_once(
     if spacing > 1:
         assert spacing * substep * viscous <= 0.5
         assert spacing * substep <= 3e-3
-    double = scene.with_parameters({'solver.precision': 'double'})
-    assert dissipation_spacing(double, substep, viscous, airspeed) == 1

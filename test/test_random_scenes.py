@@ -5,7 +5,7 @@ import pytest
 
 from cloth_ros import Cloth
 from reliability.plain import PlainCloth
-from reliability.promises import BrokenPromiseError, Tally, Watch, run
+from reliability.promises import BrokenPromiseError, Outcome, Watch, run
 from reliability.scenes import Input, Trial
 from reliability.torture import explodes, torture
 
@@ -83,22 +83,22 @@ BROKEN_ONCE = {
 
 @pytest.mark.parametrize('case', BROKEN_ONCE.values(), ids=BROKEN_ONCE)
 def test_what_failed_once_does_not_again(case):
-    tally = Tally()
-    run(case, tally, patience=60.0)
-    assert tally.trials == 1
-    assert tally.repeats['held'] == 0
+    outcome = Outcome()
+    run(case, outcome, patience=60.0)
+    assert outcome.trials == 1
+    assert outcome.repeats['held'] == 0
 
 
 def test_random_scenes_keep_every_promise():
-    tally, _ = torture(TRIALS, number=0, some_springs=False)
-    assert tally.trials + tally.cut >= TRIALS
-    assert tally.trials > 0.9 * TRIALS
+    outcome, _ = torture(TRIALS, number=0, some_springs=False)
+    assert outcome.trials + outcome.cut >= TRIALS
+    assert outcome.trials > 0.9 * TRIALS
 
 
 def watched() -> tuple[Cloth, Watch]:
     scene = {'sphere.radius': 0.2, 'sphere.position': [0.0, 0.0, 2.0], 'wind.air_density': 0.0}
     cloth = trial(scene, 'flat', 0.0).cloth()
-    return cloth, Watch(cloth, Tally())
+    return cloth, Watch(cloth, Outcome())
 
 
 def test_a_state_that_is_not_finite_is_noticed():

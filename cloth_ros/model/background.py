@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 from .cloth import Cloth
 from .scene import Scene
+from .substeps import precision_for
 
 T = TypeVar('T')
 
@@ -66,5 +67,9 @@ class Background(Generic[T]):
 def compile_for(scene: Scene) -> None:
     """Compile the kernels of a scene, on a small piece of its sheet."""
     sheet = scene.sheet
-    piece = {'sheet.rows': min(sheet.rows, 3), 'sheet.columns': min(sheet.columns, 3)}
+    piece = {
+        'sheet.rows': min(sheet.rows, 3),
+        'sheet.columns': min(sheet.columns, 3),
+        'solver.precision': precision_for(scene),
+    }
     Cloth(scene.with_parameters({**piece, 'pins': [''], 'solver.substeps': 0})).compile()

@@ -37,6 +37,8 @@ class Cloth(Simulation):
         self._time = other._time
         self._wind, self._sphere = other._wind, SphereMotion(other.sphere_position)
         self._forget()
+        if self._contact is not None and other._contact is not None:
+            self._contact.go_on_from(other._contact)
 
     def configure(self, scene: Scene) -> None:
         """
@@ -76,6 +78,7 @@ class Cloth(Simulation):
         self._sphere = SphereMotion(self._scene.sphere.position)
         if self._contact is not None:
             self._contact.centre = self._sphere.centre
+            self._contact.appear()
         self._forget()
 
     @property
@@ -87,6 +90,8 @@ class Cloth(Simulation):
     def positions(self, value: Array) -> None:
         self._state.world = self._lattice.checked('positions', value)
         self._forget()
+        if self._contact is not None:
+            self._contact.appear()
 
     @property
     def velocities(self) -> Array:

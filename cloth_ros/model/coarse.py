@@ -96,3 +96,5 @@ def take_over(cloth: Cloth, other: Cloth) -> None:
     positions[pinned] = cloth.positions[pinned]
     cloth.positions, cloth.velocities = positions, other.velocities
     cloth._time, cloth._wind, cloth._sphere = other._time, other._wind, other._sphere
+    cloth._done, cloth._repeats = other._done, other._repeats
+    cloth._guard.repeats = other._repeats

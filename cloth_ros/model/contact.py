@@ -35,7 +35,8 @@ from .sweep import deepest, sweep
 # which costs nothing, and lets shorter steps bring contact nearer to the truth.
 _TOLERANCE_SHARE = 1e-3
 _TOLERANCE = 1e-5
-# Depth, as a multiple of that, from which on a sphere has appeared in the sheet.
+# Depth, as a multiple of that, from which on a sphere has appeared in the sheet, and which a
+# particle is moved by in one substep where that is long.
 _INSIDE = 10
 # Speed, m/s, at which a sphere grows that has appeared in the sheet, and what it begins with, m.
 GROWTH = 1.0
@@ -191,8 +192,12 @@ def _load(position, velocity, free, particles, h, start, drift, points, speeds, 
 
 
 @exact
-def _store(position, velocity, particles, end, drift, points, speeds, moves):  # type: ignore[no-untyped-def]
-    """Write back what moves; return by how much, in velocities and positions, summed over all."""
+def _store(position, velocity, particles, end, drift, points, speeds, moves, least):  # type: ignore[no-untyped-def]
+    """
+    Write back what moves; return by how much, in velocities and positions, summed over all.
+
+    Positions count where they differ by more than `least`, m.
+    """
     u, v, w = 0.0, 0.0, 0.0
     x, y, z = 0.0, 0.0, 0.0
     for n in range(len(particles)):
@@ -201,9 +206,11 @@ def _store(position, velocity, particles, end, drift, points, speeds, moves):  #
             u += speeds[n, 0] + drift[0] - velocity[0, i]
             v += speeds[n, 1] + drift[1] - velocity[1, i]
             w += speeds[n, 2] + drift[2] - velocity[2, i]
-            x += points[n, 0] + end[0] - position[0, i]
-            y += points[n, 1] + end[1] - position[1, i]
-            z += points[n, 2] + end[2] - position[2, i]
+            a = points[n, 0] + end[0] - position[0, i]
+            b = points[n, 1] + end[1] - position[1, i]
+            c = points[n, 2] + end[2] - position[2, i]
+            if a * a + b * b + c * c > least * least:
+                x, y, z = x + a, y + b, z + c
             for axis in range(3):
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = speeds[n, axis] + drift[axis]
@@ -243,10 +250,19 @@ class SphereContact:
         self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
         self._local = np.full(lattice.size, -1, np.int32)
 
+    def look_again(self) -> None:
+        """Look at the whole sheet: its velocities were set from outside."""
+        self._clearance = 0.0
+
     def appear(self) -> None:
-        """Take the sheet as it is: positions, or the sphere, were set from outside."""
+        """Look for room in the sheet: it, or the sphere, was set from outside."""
         self._clearance = 0.0
         self._new = True
+
+    def go_on_from(self, other: SphereContact) -> None:
+        """Take over how large another sphere of the same radius has grown."""
+        if other._radius == self._radius:
+            self.radius, self._new = other.radius, other._new
 
     def go_back(self, centre: Array, radius: float) -> None:
         """Return to where the sphere was."""
@@ -283,8 +299,6 @@ class SphereContact:
         start = self.centre - state.origin
         end = start + h * self.velocity
         self.centre = self.centre + h * self.velocity
-        if self._new:
-            self._find_room(state, start)
         if self.radius < self._radius:
             self.radius = min(self.radius + h * GROWTH, self._radius)
             self._work = math.inf
@@ -296,10 +310,13 @@ class SphereContact:
         if count:
             self._sweep(state, h, start, end, count)
 
-    def _find_room(self, state: State, centre: Array) -> None:
-        """Shrink the sphere to what fits, if it has appeared in the sheet."""
+    def find_room(self, state: State) -> None:
+        """Shrink the sphere to what there is room for, if it has appeared in the sheet."""
+        if not self._new:
+            return
         self._new = False
         self.radius = self._radius
+        centre = self.centre - state.origin
         count, _ = self._find(state, 0.0, centre, centre)
         if count:
             particles, triangles = self._gather(count)
@@ -352,7 +369,10 @@ class SphereContact:
             points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
         )
         if touched:
-            impulse, lifted = _store(*fields, particles, end, self.velocity, points, speeds, moves)
+            least = _INSIDE * self._tolerance
+            impulse, lifted = _store(
+                *fields, particles, end, self.velocity, points, speeds, moves, least
+            )
             work = float(self.velocity @ np.array(impulse))
             self._work += math.inf if forced else work + max(-float(self._gravity @ lifted), 0.0)
 

@@ -7,7 +7,7 @@ compared with a budget: what it was, and the work of the air and of the sphere s
 dashpots only take from it.  A stretch after which there is more, or a number that is not finite,
 is repeated from the last good state:
 
-1. finer, with substeps divided by 4, then by 16, which are kept while the motion lasts;
+1. finer, with substeps divided by 4, then by 16, which are kept for a while;
 2. if that leaves too much, the velocities are scaled down to what the budget has;
 3. if they cannot give that much, with the method whose energy cannot grow, `damped_euler`;
 4. and should even its numbers not be finite, the cloth is held for the stretch, and goes on from
@@ -28,20 +28,26 @@ from .energy import Energy, EnergyMeter
 from .lattice import Array
 from .scene import Scene
 from .state import State
-from .substeps import HEATING
+from .substeps import LOOK_EVERY
 
-# Substeps between two looks at the energy.
-STRETCH = 68
+# Substeps between two looks at the energy, at most.
+STRETCH = 4 * LOOK_EVERY
 # By what substeps are divided when a stretch is repeated.
-DIVISIONS = (4, 16)
-# Substeps of the last method are divided by this: h² λ is 0.05 at most.
+DIVISIONS = (1, 4, 16)
+# Stretches in a row that must be good before longer substeps are tried again.  Each time that
+# these are no good, twice as many; up to a minute or so.
+_PATIENCE, _LONGEST_PATIENCE = 32, 4096
+# Substeps of the last method are divided by this: h² λ is then (2 · 0.9 / 8)² at most.
 DAMPED_DIVISION = 8
 
-# Share of the energy in motion that may be too much: explicit methods keep the energy of an
-# oscillator but for an oscillation of relative size (ω h/2)².
+# Share of the energy in motion that may be too much.  Position Verlet keeps the energy of an
+# oscillator but for an oscillation by a factor of up to 1/(1 − (ω h/2)²).
 _TOLERANCE = 0.03
 # Springs that are stretched by as many roundings of a position hold what counts as no energy.
 _ROUNDINGS = 64
+# What rounding in single precision may add in a second, J/kg by the square of the diagonal in m;
+# see `substeps.HEATING`.
+_SLOW = 0.05
 # Share of what the budget has too much that it forgets in a stretch: what drag has taken must not
 # come back.
 _FORGETTING = 0.125
@@ -50,18 +56,18 @@ _FORGETTING = 0.125
 @dataclass
 class Repeats:
     """
-    How many stretches of substeps had to be made again.
+    How often a stretch of substeps had to be made again.
 
     Attributes
     ----------
     finer
-        Repeated with shorter substeps.
+        With shorter substeps.
     limited
-        Of these, those after which velocities had to be scaled down.
+        With these, and velocities that were then scaled down.
     damped
-        Repeated with the method whose energy cannot grow.
+        With the method whose energy cannot grow.
     held
-        Left out: the cloth was held where it was.
+        Not at all: the cloth was held where it was.
 
     """
 
@@ -91,13 +97,13 @@ class Guard:
         What is simulated.
     dtype
         Precision of the state.
+    repeats
+        Where to count what had to be made again.
 
     Attributes
     ----------
     division
         By what substeps are divided at present.
-    repeats
-        What had to be made again since the cloth was made.
     work
         Of air and sphere in the last stretch, J.
 
@@ -107,7 +113,7 @@ class Guard:
         self.division = 1
         self.repeats = repeats
         self.work = 0.0
-        self._turbulent = 0.0
+        self._calm, self._patience = 0, _PATIENCE
         self._meter = EnergyMeter(scene, dtype)
         sheet = scene.sheet
         weight = sheet.mass * float(np.linalg.norm(scene.gravity))
@@ -115,13 +121,19 @@ class Guard:
         rounding = _ROUNDINGS * float(np.finfo(dtype).eps) * sheet.diagonal
         self._least = sheet.mass * scene.rate_bounds()[0] * rounding**2
         if dtype is np.float32:
-            self._least += HEATING * sheet.mass * sheet.diagonal**2
+            self._least += _SLOW * sheet.mass * sheet.diagonal**2
+        self._tolerance = _TOLERANCE
+        if scene.solver.substeps:
+            # The step is as the user wants it, and so is what the method makes of an oscillator.
+            step = 1 / (scene.rate * scene.solver.substeps)
+            phase = 0.25 * step**2 * scene.rate_bounds()[0]
+            self._tolerance = max(_TOLERANCE, phase / (1 - phase))
         self._good: tuple[Array, Array, Array] | None = None
 
     def forget(self) -> None:
         """Take the present state for good: it was set from outside."""
         self._good = None
-        self.division = 1
+        self.division, self._calm, self._patience = 1, 0, _PATIENCE
 
     def open(self, state: State) -> None:
         """Begin a stretch."""
@@ -158,15 +170,16 @@ class Guard:
         end = self._meter.measure(state)
         if not math.isfinite(end.total):
             return False
-        if math.isinf(work):
+        if work == math.inf:
             work = end.total - self._budget
-        if self._excess(end, work) > 0.0:
+        if not self._excess(end, work) <= 0.0:  # NaN is no good either
             return False
         self.work = work
         self._budget += work
         self._budget -= _FORGETTING * max(self._budget - end.total, 0.0)
-        if end.motion < 0.5 * self._turbulent:
-            self.division = 1
+        self._calm += 1
+        if self._calm >= self._patience and self.division > 1:
+            self.division, self._calm = DIVISIONS[DIVISIONS.index(self.division) - 1], 0
         self._now = end
         self._keep(state)
         return True
@@ -174,14 +187,14 @@ class Guard:
     def _excess(self, end: Energy, work: float) -> float:
         """Return the energy that is too much, J; what the tolerance allows is not."""
         turnover = max(self._now.motion, end.motion) + abs(work) + self._fall
-        allowed = self._budget + work + _TOLERANCE * turnover + self._least
+        allowed = self._budget + work + self._tolerance * turnover + self._least
         return end.total - allowed
 
     def divide(self, division: int) -> None:
-        """Divide substeps from here on, until the motion has calmed down."""
+        """Divide substeps from here on, until stretches have been good for a while."""
         self.division = division
         self.repeats.finer += 1
-        self._turbulent = self._now.motion
+        self._calm, self._patience = 0, min(2 * self._patience, _LONGEST_PATIENCE)
 
     def limit(self, state: State, work: float) -> bool:
         """Scale velocities down to what the budget allows; return whether that is possible."""

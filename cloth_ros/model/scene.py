@@ -19,7 +19,7 @@ from . import scene_file, stability
 from .methods import METHODS
 from .pins import pinned_particles
 from .quantity import Group, quantity, refuse, register
-from .substeps import method_for
+from .substeps import method_for, substep_length
 
 Vector = tuple[float, float, float]
 
@@ -302,28 +302,19 @@ class Scene(Group):
 
     def _check_substeps(self) -> None:
         """Refuse what would stand still on any machine."""
-        springs, sheet = self.springs, self.sheet
-        elastic, viscous = stability.quick_bounds(
-            rows=sheet.rows,
-            columns=sheet.columns,
-            particle_mass=sheet.particle_mass,
-            stiffness=(springs.structural, springs.shear, springs.bending),
-            damping=springs.damping,
+        count = 1 / (self.rate * substep_length(self))
+        if count <= _MOST_SUBSTEPS:
+            return
+        elastic, viscous = self.rate_bounds()
+        name = 'springs.damping' if viscous > math.sqrt(elastic) else 'springs.structural'
+        if self.stability_limit() * self.rate * _MOST_SUBSTEPS > 2:
+            name = 'solver.tolerance'
+        raise refuse(
+            name,
+            self.flat()[name],
+            f'such that {_MOST_SUBSTEPS:g} substeps a tick are enough (it would take {count:.2g})',
+            'raise it' if name == 'solver.tolerance' else 'lower springs.*, or raise sheet.mass',
         )
-        needed = {
-            'springs.damping': viscous / 2,
-            'springs.structural': math.sqrt(elastic) / 2,
-        }
-        name = max(needed, key=lambda each: needed[each])
-        count = needed[name] / (self.rate * stability.SAFETY)
-        if count > _MOST_SUBSTEPS:
-            raise refuse(
-                name,
-                self.flat()[name],
-                f'so low, with the other springs, that {_MOST_SUBSTEPS:g} substeps a tick are '
-                f'enough ({count:.2g} would be needed)',
-                'lower it, or raise sheet.mass',
-            )
 
     @property
     def has_air(self) -> bool:

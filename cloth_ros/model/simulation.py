@@ -23,7 +23,7 @@ from .gusts import Gusts
 from .lattice import Array, Lattice
 from .methods import Method
 from .methods.damped_euler import DampedEuler
-from .methods.steps import Block
+from .methods.steps import Block, Stepping
 from .quantity import checked_number, refuse
 from .scene import Scene
 from .sphere_path import SphereMotion
@@ -80,16 +80,18 @@ class Simulation:
         self._scene = scene
         dtype = _DTYPES[precision_for(scene)]
         if self._state.dtype is not dtype:
-            before, self._state = self._state, State(self._lattice, dtype)
-            self._state.copy_from(before)
+            former, self._state = self._state, State(self._lattice, dtype)
+            self._state.copy_from(former)
         pinned = scene.pinned()
         self._pinned = bool(pinned.any())
         self._state.pin(pinned)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
-        self._contact = None
+        before, self._contact = self._contact, None
         if scene.sphere.radius > 0:
             centre, gravity = self._sphere.centre, np.array(scene.gravity)
             self._contact = SphereContact(scene.sphere, self._lattice, centre, gravity)
+            if before is not None:
+                self._contact.go_on_from(before)
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
         self._method = method_for(scene)(self._dynamics)
         self._substep = substep_length(scene)
@@ -164,6 +166,7 @@ class Simulation:
             return
         if self._contact is not None:
             self._contact.centre = self._sphere.centre
+            self._contact.find_room(self._state)
             self._sphere.begin(self._time, seconds)
         self._substeps = 0
         end = self._time + seconds
@@ -185,7 +188,7 @@ class Simulation:
         """Make so many substeps, and again in the ways of `guard` if they were no good."""
         guard, method, begin = self._guard, self._method, self._mark()
         guard.open(self._state)
-        for division in (guard.division, *DIVISIONS):
+        for division in DIVISIONS:
             if division < guard.division:
                 continue
             if division > guard.division:
@@ -207,7 +210,8 @@ class Simulation:
         self._state.velocity[...] = 0
         self._moved(count * h)
         self._take_work()
-        self._accept(math.inf)
+        accepted = self._accept(math.inf)
+        assert accepted  # contact alone, from rest, leaves finite what is
 
     def _accept(self, work: float) -> bool:
         """Take the state for good if the guard does."""
@@ -216,12 +220,18 @@ class Simulation:
             self._done += self._guard.work
         return accepted
 
-    def _run(self, method: Method, count: int, h: float, division: int) -> Iterator[None]:
+    def _run(
+        self, method: Method | Stepping, count: int, h: float, division: int
+    ) -> Iterator[None]:
         blocks = self._blocks(count, h, division)
         yield from method.run(self._state, blocks, self._moved, self._watched)
 
-    def _damped(self, h: float) -> Method:
-        """Return the method whose energy cannot grow, for substeps of `h` s before division."""
+    def _damped(self, h: float) -> Stepping:
+        """
+        Return the method whose energy cannot grow, for substeps of `h` s before division.
+
+        What divides them further, by n, leaves enough drag: (1 − q)^(1/n) ≤ 1 − q/n².
+        """
         drag = DampedEuler.drag(h / (DAMPED_DIVISION * self._finer), self._elastic)
         dtype, scene = self._state.dtype, self._scene
         return DampedEuler(Dynamics(scene, self._lattice, self._air, dtype, more_drag=drag))
@@ -262,11 +272,17 @@ class Simulation:
             speed = greatest_speed(self._state)
             fine = division * self._finer * refinement(self._scene, h, speed)
             airspeed = speed + float(np.linalg.norm(self._air))
-            spacing = dissipation_spacing(self._scene, h / fine, self._viscous, airspeed)
+            spacing = self._spacing(h / fine, airspeed)
             for _ in range(fine):
                 part = min(self._look, count - first)
                 self._substeps += part
                 yield Block(part, h / fine, spacing)
+
+    def _spacing(self, substep: float, airspeed: float) -> int:
+        """Return in how many substeps dissipation acts once."""
+        if self._state.dtype is np.float64:
+            return 1
+        return dissipation_spacing(self._scene, substep, self._viscous, airspeed)
 
     def _follow(self) -> None:
         # With a pin the sheet cannot stray, and the pin must not move by one bit.
@@ -286,8 +302,9 @@ class Simulation:
     def _forget(self) -> None:
         """Take the present state as it is: it was set from outside."""
         self._guard.forget()
+        self._take_work()
         if self._contact is not None:
-            self._contact.appear()
+            self._contact.look_again()
 
     def warm_up(self) -> Iterator[str]:
         """Compile what the scene uses, and say before each kernel what it is for."""
@@ -307,7 +324,7 @@ class Simulation:
     def _idle(self, count: int) -> float:
         """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
         position, velocity = self._state.position.copy(), self._state.velocity.copy()
-        spacing = dissipation_spacing(self._scene, self.substep, self._viscous, 0.0)
+        spacing = self._spacing(self.substep, 0.0)
         blocks = [Block(count, 0.0, spacing)]
         start = time.perf_counter()
         for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):

@@ -121,17 +121,6 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
     return min(bound, _MARGIN * _power_iteration(*piece, weights))
 
 
-def quick_bounds(
-    *, rows: int, columns: int, particle_mass: float, stiffness: Weights, damping: float
-) -> tuple[float, float]:
-    """Return what `bounds` does, up to twice as large, at next to no cost."""
-    present = (float(stiffness[0] > 0), float(stiffness[1] > 0), float(stiffness[2] > 0))
-    return (
-        gershgorin_bound(rows, columns, stiffness) / particle_mass,
-        damping * gershgorin_bound(rows, columns, present) / particle_mass,
-    )
-
-
 def bounds(
     *, rows: int, columns: int, particle_mass: float, stiffness: Weights, damping: float
 ) -> tuple[float, float]:

@@ -66,7 +66,7 @@ def heating(scene: Scene) -> float:
     if elastic == 0 or length == 0:
         return 0.0
     rounding = 0.5 * float(np.finfo(np.float32).eps) * length
-    power = 0.03 * elastic * rounding**2 / 2 / (stability.SAFETY * 2 / math.sqrt(elastic))
+    power = 0.03 * elastic * rounding**2 / 2 / substep_length(scene)
     return power / (float(np.linalg.norm(scene.gravity)) * length + length**2)
 
 
@@ -138,7 +138,7 @@ def refinement(scene: Scene, substep: float, speed: float) -> int:
 
 def dissipation_spacing(scene: Scene, substep: float, viscous: float, airspeed: float) -> int:
     """
-    Return in how many substeps dissipation acts once; an odd number.
+    Return in how many substeps dissipation acts once, in single precision; an odd number.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def dissipation_spacing(scene: Scene, substep: float, viscous: float, airspeed: 
         Of the fastest particle in the air, m/s.
 
     """
-    if scene.solver.substeps or precision_for(scene) == 'double':
+    if scene.solver.substeps:
         return 1
     dx, dy = scene.sheet.spacing
     air = 0.0

@@ -300,13 +300,14 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
     start = np.empty_like(points)
     claimed = np.zeros(len(points), np.int32)
     stride_number = 0
-    left, depth, touched, forced = h, 0.0, False, False
+    left, touched, forced, deep = h, False, False, pinned > 0
     while left > 0.0:
         fastest = _greatest_speed(speeds)
         if not np.isfinite(fastest):
             break
         if stride_number == _STRIDES:
             speeds *= 0.0
+            forced = deep = True
             break
         reach = left * fastest
         stride_number += 1
@@ -351,13 +352,10 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
         strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
         if strayed or not settled:
             _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
-        depth = 0.0
-        if strayed or held or not settled:
-            forced = True
-            depth = deepest(points, triangles, radius)
-            if depth <= 2.0 * tolerance:
-                depth = 0.0
+        forced = forced or strayed or not settled
+        deep = pinned > 0 or held or strayed or not settled
         left -= stride
-    if pinned > 0:
-        depth = deepest(points, whole, radius)
+    depth = deepest(points, whole, radius) if deep else 0.0
+    if depth <= 2.0 * tolerance:
+        depth = 0.0
     return depth, touched, forced

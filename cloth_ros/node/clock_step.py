@@ -11,6 +11,7 @@ from __future__ import annotations
 import threading
 import time
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.timer import Timer
 
 _EVERY = 0.2  # s, between two looks
@@ -28,4 +29,7 @@ def _watch(timer: Timer) -> None:
         time.sleep(_EVERY)  # on the steady clock
         before, ahead = ahead, time.time() - time.monotonic()
         if ahead < before - _STEP:
-            timer.reset()
+            try:
+                timer.reset()
+            except InvalidHandle:  # the node has ended
+                return

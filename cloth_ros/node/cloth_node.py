@@ -204,12 +204,11 @@ class ClothNode(Node):
         if count == 0:
             return
         start = time.perf_counter()
-        with self._stop.interrupting():
-            if self._estimating:
-                self._monitor.observe(count * substep)
-            cloth.advance(count * substep)
-        if self._stop.asked:
-            return
+        if self._estimating:
+            self._monitor.observe(count * substep)
+        for _ in cloth.march(count * substep):
+            if self._stop.asked:
+                return
         pacing.done(count, substep, time.perf_counter() - start)
         if pacing.lost > lost:
             self._follow_overload(changed=self._overload.relax(pacing.cost))
@@ -227,7 +226,6 @@ class ClothNode(Node):
             self._cloth.configure(level.scene)
         else:
             before, self._cloth = self._cloth, cloth_on(level.scene, level.spacing)
-            self._repeats = Repeats()
             take_over(self._cloth, before)
         self._spacing = level.spacing
         self._pacing.expect(self._cloth.compile())

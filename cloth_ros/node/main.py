@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from types import FrameType
 
 
@@ -22,8 +20,8 @@ class Stop:
     """
     What SIGINT and SIGTERM ask for.
 
-    They raise `Interrupt` while the node is being made and while it simulates, which may
-    take long; elsewhere, in the middle of rclpy, they only leave word.
+    They raise `Interrupt` while the node is being made, which may take long; after that they only
+    leave word.
 
     Attributes
     ----------
@@ -47,17 +45,6 @@ class Stop:
     def defer(self) -> None:
         """Raise no longer, from here on."""
         self._raising = False
-
-    @contextmanager
-    def interrupting(self) -> Iterator[None]:
-        """Leave this block at once when asked to stop."""
-        try:
-            self._raising = not self.asked
-            yield
-        except Interrupt:
-            pass  # handed on, it would be logged by the executor as a fault
-        finally:
-            self._raising = False
 
 
 def main(args: list[str] | None = None) -> int:

@@ -30,6 +30,7 @@ class Namesakes:
         node = self._node
         names = node.get_node_names_and_namespaces()
         others = names.count((node.get_name(), node.get_namespace())) - 1
+        others = max(others, 0)  # it may not have found itself yet
         if others > self._known:
             node.get_logger().warning(
                 f'there is another node called {node.get_fully_qualified_name()}: both publish '

@@ -42,7 +42,8 @@ def loopback(quick: bool) -> Row:
             watch = Process((*inside, sys.executable, '-u', 'examples/watch.py'), variables)
             watch.wait_for_output(' Hz ')
             heard = time.monotonic() - began
-            while watch.output.count(' Hz ') < 3:  # the first counts from before it heard
+            # The first counts from before it heard.
+            while watch.output.count(' Hz ') < 3 and watch.alive:
                 time.sleep(0.1)
             rate = watch.output.splitlines()[-1].split()[0]
             measured = f'{rate} Hz are heard, the first {heard:.1f} s after the start'

@@ -17,17 +17,14 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..lattice import Array
-from ..state import State
-from .steps import Block, Step, plan
+from .steps import Block, Step, Stepping, plan
 
 if TYPE_CHECKING:
-    from ..dynamics import Dynamics
     from ..scene import Scene
 
 # Position error at the stability limit, as a share of the sheet's diagonal: what cloth_tradeoff
@@ -35,14 +32,11 @@ if TYPE_CHECKING:
 _ERROR_AT_LIMIT = 2e-4
 
 
-class PositionVerlet:
+class PositionVerlet(Stepping):
     """Position Verlet."""
 
     name = 'position_verlet'
     order = 2
-
-    def __init__(self, dynamics: Dynamics) -> None:
-        self._dynamics = dynamics
 
     @staticmethod
     def stable_step(elastic: float, viscous: float) -> float:
@@ -85,25 +79,6 @@ class PositionVerlet:
             return math.inf
         limit = PositionVerlet.stable_step(*scene.rate_bounds())
         return limit * math.sqrt(scene.solver.tolerance / at_limit)
-
-    def run(
-        self,
-        state: State,
-        blocks: Iterable[Block],
-        moved: Callable[[float], None],
-        watched: Callable[[Block], bool],
-    ) -> Iterator[None]:
-        """Carry `state` through `blocks`; see the package."""
-        for block in blocks:
-            steps = self.steps(block)
-            if watched(block):
-                for step in steps:
-                    self._dynamics.carry(state, (step,))
-                    moved(step.drift)
-            else:
-                self._dynamics.carry(state, steps)
-                moved(block.substeps * block.h)
-            yield
 
     def steps(self, block: Block) -> tuple[Step, ...]:
         """Return the kicks and drifts of a block."""

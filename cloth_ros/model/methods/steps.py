@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import functools
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..state import State
+
+if TYPE_CHECKING:
+    from ..dynamics import Dynamics
 
 
 class Block(NamedTuple):
@@ -44,6 +50,36 @@ class Step(NamedTuple):
     kick: float | None
     drift: float
     weight: int = 1
+
+
+class Stepping:
+    """What all methods do alike that make their blocks of `steps`."""
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        self._dynamics = dynamics
+
+    def steps(self, block: Block) -> tuple[Step, ...]:
+        """Return the kicks and drifts of a block."""
+        raise NotImplementedError
+
+    def run(
+        self,
+        state: State,
+        blocks: Iterable[Block],
+        moved: Callable[[float], None],
+        watched: Callable[[Block], bool],
+    ) -> Iterator[None]:
+        """Carry `state` through `blocks`; see the package."""
+        for block in blocks:
+            steps = self.steps(block)
+            if watched(block):
+                for step in steps:
+                    self._dynamics.carry(state, (step,))
+                    moved(step.drift)
+            else:
+                self._dynamics.carry(state, steps)
+                moved(block.substeps * block.h)
+            yield
 
 
 @functools.lru_cache(maxsize=256)
