@@ -143,14 +143,12 @@ class Watch:
             return
         points = positions.reshape(-1, 3) - cloth.sphere_position
         depth = float(deepest(points, self._triangles, radius))
-        allowed = max(min(DEPTH, _DEPTH_SHARE * cloth.scene.sphere.radius), cloth.sphere_depth)
+        allowed = min(DEPTH, _DEPTH_SHARE * cloth.scene.sphere.radius)
         allowed += _ROUNDING * (radius + cloth.scene.sheet.diagonal + np.abs(points).max())
-        if depth > allowed:
-            raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
-        if cloth.sphere_depth == 0:
+        if depth <= allowed:
             self._outcome.depth = max(self._outcome.depth, depth)
-        elif not self._pinned.any():
-            raise BrokenPromiseError(f'nothing holds a triangle {depth:.3g} m deep in the sphere')
+        elif not (self._pinned.any() and depth <= cloth.sphere_depth + allowed):
+            raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
 
 
 def apply(trial: Trial, cloth: Cloth, what: Input, watch: Watch) -> None:

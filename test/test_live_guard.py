@@ -4,11 +4,12 @@ import math
 import time
 
 import numpy as np
-from conftest import PATIENCE
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
 from ros_messages import numbers, wind
 from sensor_msgs.msg import PointCloud2
+
+from reliability.live import PATIENCE
 
 STORM = 1e4  # m/s
 

@@ -227,6 +227,8 @@ class SphereContact:
         Of the sphere, in the world, m and m/s, shape (3,).
     radius
         Of the sphere now, m.
+    touched
+        True if it has touched the sheet since the last `take_work`.
     deepest
         Greatest depth, m, of a triangle in the sphere at the end of the last `resolve` that
         found contact, where it is above the tolerance: pins hold the sheet in the sphere.
@@ -245,6 +247,7 @@ class SphereContact:
         self._clearance = 0.0
         self._work = 0.0
         self._new = True
+        self.touched = False
         cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
         self._cells = np.empty(cells, np.int32)
         self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
@@ -278,7 +281,7 @@ class SphereContact:
         substep that is too long for an impulse to tell.  What a sphere does that grows, or that
         the sheet cannot get out of the way of, is not known: it is given as infinite.
         """
-        work, self._work = self._work, 0.0
+        work, self._work, self.touched = self._work, 0.0, False
         return work
 
     def is_clear(self, state: State, seconds: float, sphere_speed: float) -> bool:
@@ -369,6 +372,7 @@ class SphereContact:
             points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
         )
         if touched:
+            self.touched = True
             least = _INSIDE * self._tolerance
             impulse, lifted = _store(
                 *fields, particles, end, self.velocity, points, speeds, moves, least

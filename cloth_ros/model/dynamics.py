@@ -111,7 +111,7 @@ class Dynamics:
         self._make(state, np.array([(Pass.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)]))
 
     def take_work(self) -> float:
-        """Return the work that the air has done since the last call, J."""
+        """Return the work of the air on what it has sped up since the last call, J."""
         work = self._mass * float(self._work.sum())
         self._work[:] = 0
         return work

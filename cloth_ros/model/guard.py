@@ -3,9 +3,9 @@ The last guard: a cloth has no energy but what it had, and what was done to it.
 
 The substep is stable for every frozen state of the cloth, and a cloth in fast motion is given
 shorter ones; both are no proof.  So the energy is measured, after every stretch of substeps, and
-compared with a budget: what it was, and the work of the air and of the sphere since.  Drag and
-dashpots only take from it.  A stretch after which there is more, or a number that is not finite,
-is repeated from the last good state:
+compared with a budget: what it was, and the work of the air and of the sphere since.  Drag,
+dashpots and the air, where it slows down, only take from it.  A stretch after which there is more,
+or a number that is not finite, is repeated from the last good state:
 
 1. finer, with substeps divided by 4, then by 16, which are kept for a while;
 2. if that leaves too much, the velocities are scaled down to what the budget has;
@@ -43,6 +43,8 @@ DAMPED_DIVISION = 8
 # Share of the energy in motion that may be too much.  Position Verlet keeps the energy of an
 # oscillator but for an oscillation by a factor of up to 1/(1 − (ω h/2)²).
 _TOLERANCE = 0.03
+# The same in a stretch in which the sphere touches: it also moves particles, without velocity.
+_TOUCHED = 0.1
 # Springs that are stretched by as many roundings of a position hold what counts as no energy.
 _ROUNDINGS = 64
 # What rounding in single precision may add in a second, J/kg by the square of the diagonal in m;
@@ -155,7 +157,7 @@ class Guard:
         state.origin, position, velocity = self._good
         state.position[...], state.velocity[...] = position, velocity
 
-    def accepts(self, state: State, work: float) -> bool:
+    def accepts(self, state: State, work: float, *, touched: bool = False) -> bool:
         """
         Tell if the state after a stretch is within its budget, and then take it for good.
 
@@ -165,6 +167,9 @@ class Guard:
             After the stretch.
         work
             Done by the air and the sphere in it, J; inf if that is not known.
+        touched
+            True if the sphere has touched the sheet: it moves particles out of itself, and what
+            that adds to their energy, within the tolerance, is its work as well.
 
         """
         end = self._meter.measure(state)
@@ -172,8 +177,11 @@ class Guard:
             return False
         if work == math.inf:
             work = end.total - self._budget
-        if not self._excess(end, work) <= 0.0:  # NaN is no good either
+        tolerance = max(self._tolerance, _TOUCHED) if touched else self._tolerance
+        if not self._excess(end, work, tolerance) <= 0.0:  # NaN is no good either
             return False
+        if touched:
+            work = max(work, end.total - self._budget)
         self.work = work
         self._budget += work
         self._budget -= _FORGETTING * max(self._budget - end.total, 0.0)
@@ -184,10 +192,10 @@ class Guard:
         self._keep(state)
         return True
 
-    def _excess(self, end: Energy, work: float) -> float:
+    def _excess(self, end: Energy, work: float, tolerance: float) -> float:
         """Return the energy that is too much, J; what the tolerance allows is not."""
         turnover = max(self._now.motion, end.motion) + abs(work) + self._fall
-        allowed = self._budget + work + self._tolerance * turnover + self._least
+        allowed = self._budget + work + tolerance * turnover + self._least
         return end.total - allowed
 
     def divide(self, division: int) -> None:

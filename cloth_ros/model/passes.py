@@ -84,7 +84,7 @@ def _kick(  # type: ignore[no-untyped-def]
     first, last, velocity, out, acceleration, facets, free, row, wind, decay, gain, strength,
     bounds, air,
 ):  # fmt: skip
-    """Kick, and return the most work that the air can have done, J/kg, on all particles."""
+    """Kick, and return the work of the air on the particles that it speeds up, J/kg."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
     half = velocity.dtype.type(0.5)
     work = zero
@@ -112,7 +112,7 @@ def _kick(  # type: ignore[no-untyped-def]
             # Air at rest does no work, whatever a step that is too long makes of it.
             relative = p * p + q * q + r * r - x * x - y * y - z * z
             along = wind[0] * (p - x) + wind[1] * (q - y) + wind[2] * (r - z)
-            work += free[i] * (along + half * min(relative, zero))
+            work += free[i] * max(along + half * min(relative, zero), zero)
             x, y, z = wind[0] + p, wind[1] + q, wind[2] + r
         out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
     return work

@@ -92,6 +92,8 @@ class Simulation:
             self._contact = SphereContact(scene.sphere, self._lattice, centre, gravity)
             if before is not None:
                 self._contact.go_on_from(before)
+        else:
+            self._sphere.waypoints = []
         self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
         self._method = method_for(scene)(self._dynamics)
         self._substep = substep_length(scene)
@@ -162,7 +164,7 @@ class Simulation:
         belong to one time before.
         """
         seconds = checked_number('seconds', seconds, 0.0, _LONGEST, 's')
-        if seconds == 0:
+        if self._time + seconds == self._time:  # nothing, or less than what time resolves
             return
         if self._contact is not None:
             self._contact.centre = self._sphere.centre
@@ -195,8 +197,9 @@ class Simulation:
                 self._go_back(begin)
                 guard.divide(division)
             yield from self._run(method, count, h, division)
+            touched = self._contact is not None and self._contact.touched
             work = self._take_work()
-            if self._accept(work):
+            if self._accept(work, touched=touched):
                 return
         if guard.limit(self._state, work) and self._accept(work):
             return
@@ -213,9 +216,9 @@ class Simulation:
         accepted = self._accept(math.inf)
         assert accepted  # contact alone, from rest, leaves finite what is
 
-    def _accept(self, work: float) -> bool:
+    def _accept(self, work: float, *, touched: bool = False) -> bool:
         """Take the state for good if the guard does."""
-        accepted = self._guard.accepts(self._state, work)
+        accepted = self._guard.accepts(self._state, work, touched=touched)
         if accepted:
             self._done += self._guard.work
         return accepted

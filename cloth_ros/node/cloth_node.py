@@ -351,7 +351,8 @@ class ClothNode(Node):
             message = f'energy from nowhere: repeated stretches of substeps, {repeated}'
             self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
         elif self._ticks == 0:
-            message = 'no tick since the last report; is there a /clock?'
+            why = 'the machine is busy' if self._ticking is self._steady else 'is there a /clock?'
+            message = f'no tick since the last report; {why}'
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
             self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
