@@ -302,16 +302,18 @@ class SphereContact:
         start = self.centre - state.origin
         end = start + h * self.velocity
         self.centre = self.centre + h * self.velocity
-        if self.radius < self._radius:
-            self.radius = min(self.radius + h * GROWTH, self._radius)
+        before = self.radius
+        if before < self._radius:
+            self.radius = min(before + h * GROWTH, self._radius)
             self._work = math.inf
         sphere_speed = float(np.linalg.norm(self.velocity))
         self._clearance -= h * (greatest_speed(state) + sphere_speed)
         if self._clearance > 0:
             return
         count, self._clearance = self._find(state, h, start, end)
-        if count:
-            self._sweep(state, h, start, end, count)
+        if count and self._sweep(state, h, start, end, count) and self.deepest > 0.0:
+            # What has to be forced out of the way makes room as it can.
+            self.radius = max(before, self.radius - self.deepest)
 
     def find_room(self, state: State) -> None:
         """Shrink the sphere to what there is room for, if it has appeared in the sheet."""
@@ -362,7 +364,8 @@ class SphereContact:
         )
         return self._particles[:number], triangles
 
-    def _sweep(self, state: State, h: float, start: Array, end: Array, count: int) -> None:
+    def _sweep(self, state: State, h: float, start: Array, end: Array, count: int) -> bool:
+        """Carry the sphere past the found cells; return whether it forced its way."""
         particles, triangles = self._gather(count)
         number = len(particles)
         points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
@@ -379,6 +382,7 @@ class SphereContact:
             )
             work = float(self.velocity @ np.array(impulse))
             self._work += math.inf if forced else work + max(-float(self._gravity @ lifted), 0.0)
+        return bool(forced)
 
 
 def warm_up(dtype: Any) -> None:
