@@ -63,6 +63,15 @@ class Outcome:
     repeated: int = 0
     starts: Counter[str] = field(default_factory=Counter)
 
+    def add(self, other: Outcome) -> None:
+        """Add what other trials came to."""
+        for name in ('trials', 'cut', 'advances', 'repeated'):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.energy = max(self.energy, other.energy)
+        self.depth = max(self.depth, other.depth)
+        self.repeats.update(other.repeats)
+        self.starts.update(other.starts)
+
 
 def _triangles(rows: int, columns: int) -> Array:
     """Return the corners of all triangles, both diagonals; segments and points where none are."""
@@ -114,6 +123,12 @@ class Watch:
         self._check_depth(positions)
         self._outcome.advances += 1
 
+    @property
+    def _may_be_deep(self) -> bool:
+        """Tell if the cloth may say that it is deep in the sphere: pins, or a growing sphere."""
+        growing = self._cloth.sphere_radius < self._cloth.scene.sphere.radius
+        return growing or bool(self._pinned.any())
+
     def _check_energy(self) -> None:
         cloth, scene = self._cloth, self._cloth.scene
         energy, work = cloth.energy_by_kind(), cloth.work
@@ -147,7 +162,7 @@ class Watch:
         allowed += _ROUNDING * (radius + cloth.scene.sheet.diagonal + np.abs(points).max())
         if depth <= allowed:
             self._outcome.depth = max(self._outcome.depth, depth)
-        elif not (self._pinned.any() and depth <= cloth.sphere_depth + allowed):
+        elif not (self._may_be_deep and depth <= cloth.sphere_depth + allowed):
             raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
 
 

@@ -11,10 +11,13 @@ A trial that breaks a promise is shrunk by hypothesis to the simplest that does,
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from multiprocessing import get_context
 
 import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
@@ -104,6 +107,29 @@ def torture(
     return outcome, comparison
 
 
+def shared(count: int, number: int, compared: int) -> tuple[Outcome, Comparison]:
+    """Run random trials on all processors, each from a seed of its own; see `torture`."""
+    workers = os.cpu_count() or 1
+    outcome, comparison = Outcome(), Comparison()
+    with ProcessPoolExecutor(workers, mp_context=get_context('spawn')) as pool:
+        shares = [
+            pool.submit(
+                torture,
+                -(-count // workers),
+                number + worker,
+                some_springs=True,
+                compared=-(-compared // workers),
+            )
+            for worker in range(workers)
+        ]
+        for share in shares:
+            part, compared_part = share.result()
+            outcome.add(part)
+            comparison.trials += compared_part.trials
+            comparison.exploded.update(compared_part.exploded)
+    return outcome, comparison
+
+
 def rows(outcome: Outcome, comparison: Comparison) -> list[Row]:
     """Return what trials came to that have kept every promise; `torture` raises otherwise."""
     started = ', '.join(f'{count} {start}' for start, count in sorted(outcome.starts.items()))
@@ -156,7 +182,7 @@ def main() -> int:
     arguments = parser.parse_args()
     compared = min(COMPARED, arguments.trials)
     try:
-        done = torture(arguments.trials, arguments.seed, some_springs=True, compared=compared)
+        done = shared(arguments.trials, arguments.seed, compared)
     except BrokenPromiseError as error:
         broken = Row('random scenes', 'every promise', str(error), kept=False)
         write('torture', 'make torture', 'Random scenes', [broken])
