@@ -19,6 +19,22 @@ def trial(parameters: dict, start: str, size: float, *inputs: Input) -> Trial:
     return Trial(tuple(sorted(parameters.items())), start, size, 0, inputs)
 
 
+STRETCHED = {
+    'rate': 1.0,
+    'drag': 0.0,
+    'gravity': [0.0, 0.0, 0.0],
+    'sheet.rows': 4,
+    'sheet.columns': 2,
+    'sheet.mass': 8.0,
+    'sheet.size': [0.01, 0.001],
+    'springs.structural': 1.0,
+    'springs.shear': 0.0,
+    'springs.bending': 0.0,
+    'sphere.radius': 10**-3.5,
+    'sphere.position': [0.0, 0.0, 1.0],
+    'sphere.friction': 0.0,
+}
+
 # Each of these broke a promise once.
 BROKEN_ONCE = {
     'energy grew fivefold in the first block of substeps': trial(
@@ -90,6 +106,15 @@ BROKEN_ONCE = {
         1.0,
         Input(1.0, change=(('sheet.mass', 3.1622776601683795),)),
     ),
+    'a sweep that was given up took pins along, and said too little how deep': trial(
+        STRETCHED,
+        'flat',
+        1.0,
+        Input(1.0),
+        Input(1.0, reset=True),
+        Input(1.0, sphere=(0.0, 0.0, -3.0), reset=True),
+        Input(1.0, wind=(0.0, 0.0, -1e4), sphere=(0.0, 0.0, 0.0)),
+    ),
     'a sheet in dense air in a storm was held for good': trial(
         {**DENSE, 'sheet.rows': 3, 'sheet.columns': 3, 'sheet.mass': 9.0},
         'inverted',
@@ -106,37 +131,6 @@ def test_what_failed_once_does_not_again(case):
     run(case, outcome, patience=60.0)
     assert outcome.trials == 1
     assert outcome.repeats['held'] == 0
-
-
-STRETCHED = {
-    'rate': 1.0,
-    'drag': 0.0,
-    'gravity': [0.0, 0.0, 0.0],
-    'sheet.rows': 4,
-    'sheet.columns': 2,
-    'sheet.mass': 8.0,
-    'sheet.size': [0.01, 0.001],
-    'springs.structural': 1.0,
-    'springs.shear': 0.0,
-    'springs.bending': 0.0,
-    'sphere.radius': 10**-3.5,
-    'sphere.position': [0.0, 0.0, 1.0],
-    'sphere.friction': 0.0,
-}
-
-
-@pytest.mark.xfail(strict=True, reason='pins hold the sheet deeper in the sphere than it says')
-def test_a_sheet_that_is_stretched_over_its_pins_says_how_deep_it_is():
-    stretched = trial(
-        STRETCHED,
-        'flat',
-        1.0,
-        Input(1.0),
-        Input(1.0, reset=True),
-        Input(1.0, sphere=(0.0, 0.0, -3.0), reset=True),
-        Input(1.0, wind=(0.0, 0.0, -1e4), sphere=(0.0, 0.0, 0.0)),
-    )
-    run(stretched, Outcome(), patience=60.0)
 
 
 def test_random_scenes_keep_every_promise():

@@ -306,6 +306,9 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
         if not np.isfinite(fastest):
             break
         if stride_number == _STRIDES:
+            for i in range(len(points)):
+                if free[i] == 0.0:  # pins stay where they are, seen from the world
+                    points[i] += left * speeds[i]
             speeds *= 0.0
             forced = deep = True
             break
