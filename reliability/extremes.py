@@ -301,7 +301,11 @@ def main() -> int:
         start = time.monotonic()
         rows.append(case.row())
         print(f'{time.monotonic() - start:5.1f} s  {case.what}: {rows[-1].measured}', flush=True)
-    return 0 if write('extremes', 'make extremes', 'Extremes of the model', rows) else 1
+    summary = (
+        f'{len(rows)} extremes of stiffness, mass, tick, grid, pins, damping, wind, gravity, '
+        'sphere, start and duration'
+    )
+    return 0 if write('extremes', 'make extremes', 'Extremes of the model', summary, rows) else 1
 
 
 if __name__ == '__main__':

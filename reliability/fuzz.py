@@ -72,7 +72,8 @@ def main() -> int:
         )
     every = all(row.kept for row in rows)
     rows.append(Row('all of it', 'no case unaccounted for', f'{total:,} cases', every))
-    return 0 if write('fuzz', 'make fuzz', 'Bad input', rows) else 1
+    summary = f'{total:,} bad parameters, files, messages, bytes, requests and command lines'
+    return 0 if write('fuzz', 'make fuzz', 'Bad input', summary, rows) else 1
 
 
 if __name__ == '__main__':

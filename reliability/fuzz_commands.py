@@ -18,7 +18,7 @@ import numpy as np
 from cloth_ros.tradeoff.main import main as tradeoff
 
 from .fuzz_files import READY, damaged, whole
-from .live import NODE, ROOT, environment, free_domain
+from .live import NODE, ROOT, Process, environment, free_domain
 from .tally import Tally
 
 _PATIENCE = 60.0  # s, for a process to say no, or to run
@@ -91,28 +91,13 @@ def complaint(status: int | None, output: str, command: str) -> str:
 
 def try_node(tally: Tally, domain: int, arguments: Sequence[str]) -> None:
     """Start the node with arguments; it must run, and end when asked, or refuse them."""
-    with tempfile.TemporaryFile() as output:
-        variables = {**environment(domain), 'PYTHONUNBUFFERED': '1'}
-        process = subprocess.Popen(
-            [*NODE, *arguments],
-            stdin=subprocess.DEVNULL,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            env=variables,
-            cwd=ROOT,
-        )
-        end = time.monotonic() + _PATIENCE
-
-        def text() -> str:
-            output.seek(0)
-            return output.read().decode(errors='backslashreplace')
-
-        while process.poll() is None and _RUNNING not in text() and time.monotonic() < end:
-            time.sleep(0.02)
-        runs = process.poll() is None and _RUNNING in text()
-        process.send_signal(signal.SIGINT if runs else signal.SIGKILL)
-        status = process.wait()
-        wrong = '' if runs and status == 0 else complaint(status, text(), 'cloth_node')
+    process = Process([*NODE, *arguments], {**environment(domain), 'PYTHONUNBUFFERED': '1'})
+    end = time.monotonic() + _PATIENCE
+    while process.alive and _RUNNING not in process.output and time.monotonic() < end:
+        time.sleep(0.02)
+    runs = process.alive and _RUNNING in process.output
+    status = process.stop(signal.SIGINT if runs else signal.SIGKILL, _PATIENCE)
+    wrong = '' if runs and status == 0 else complaint(status, process.output, 'cloth_node')
     if wrong:
         tally.blame(wrong, arguments)
     elif runs:

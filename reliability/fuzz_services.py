@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from cloth_ros.model.quantity import PARAMETER_NAMES
 
 from .junk import DEFAULTS, NAMES
-from .live import Live
+from .live import Live, to_set
 from .tally import Tally
 
 FIXED = [name for name in NAMES if PARAMETER_NAMES[name].fixed]
@@ -141,11 +141,7 @@ def restore(running: Live) -> None:
     """Set everything that is not fixed to its default, and wait until the node keeps real time."""
     changed = {name: DEFAULTS[name] for name in NAMES if name not in FIXED}
     changed |= {'rate': running.rate, 'use_sim_time': False}
-    message = [
-        RclpyParameter(name, value=list(x) if isinstance(x, tuple) else x).to_parameter_msg()
-        for name, x in changed.items()
-    ]
-    request = SetParametersAtomically.Request(parameters=message)
+    request = SetParametersAtomically.Request(parameters=to_set(changed).parameters)
     service = '/cloth/set_parameters_atomically'
     answer = running.listener.call(SetParametersAtomically, service, request)
     assert answer.result.successful, answer.result.reason

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -18,9 +18,12 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
@@ -57,13 +60,25 @@ def environment(domain: int) -> dict[str, str]:
     }
 
 
+def to_set(values: Mapping[str, object]) -> SetParameters.Request:
+    """Return a request to set parameters by name; a list or tuple is an array."""
+    parameters = [Parameter(name, value=value) for name, value in values.items()]
+    return SetParameters.Request(parameters=[each.to_parameter_msg() for each in parameters])
+
+
 class Process:
     """A started process, with what it has printed."""
 
     def __init__(self, command: Sequence[str], environment: dict[str, str]) -> None:
-        self._output = tempfile.TemporaryFile('w+')  # noqa: SIM115, as long as the process
+        # As long as the process.
+        self._output = tempfile.TemporaryFile('w+', errors='backslashreplace')  # noqa: SIM115
         self.process = subprocess.Popen(
-            command, stdout=self._output, stderr=subprocess.STDOUT, env=environment, cwd=ROOT
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=self._output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            cwd=ROOT,
         )
 
     @property
@@ -175,6 +190,10 @@ class Probe(Node):
             if future.done():
                 return future.result()
         raise AssertionError(f'{service} does not answer')
+
+    def set_parameters_of_cloth(self, values: Mapping[str, object]) -> list[SetParametersResult]:
+        """Set parameters of the node by name, and return what it says to each."""
+        return self.call(SetParameters, '/cloth/set_parameters', to_set(values)).results
 
 
 P = TypeVar('P', bound=Probe)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cloth_ros import Cloth
+from cloth_ros.model.energy import Energy
 from cloth_ros.model.lattice import Array
 from cloth_ros.model.substeps import precision_for
 from cloth_ros.model.sweep import deepest
@@ -41,6 +42,8 @@ class Outcome:
     ----------
     trials, cut, advances
         How many trials were run to their end, or cut as they took too long, and their advances.
+    free
+        How many of the advances were of sheets without pins, air and sphere.
     energy
         Greatest energy too much, as a share of what was turned over.
     depth
@@ -57,6 +60,7 @@ class Outcome:
     trials: int = 0
     cut: int = 0
     advances: int = 0
+    free: int = 0
     energy: float = 0.0
     depth: float = 0.0
     repeats: Counter[str] = field(default_factory=Counter)
@@ -65,7 +69,7 @@ class Outcome:
 
     def add(self, other: Outcome) -> None:
         """Add what other trials came to."""
-        for name in ('trials', 'cut', 'advances', 'repeated'):
+        for name in ('trials', 'cut', 'advances', 'free', 'repeated'):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.energy = max(self.energy, other.energy)
         self.depth = max(self.depth, other.depth)
@@ -106,7 +110,10 @@ class Watch:
         cloth = self._cloth
         energy = cloth.energy_by_kind()
         self._start, self._motion = energy.total - cloth.work, energy.motion
+        self._internal = self._about_the_centre(energy)
         self._pinned = cloth.scene.pinned()
+        sphere = cloth.scene.sphere.radius > 0
+        self._free = not (self._pinned.any() or sphere or cloth.scene.has_air)
         self._pins = cloth.positions[self._pinned]
 
     def check(self) -> None:
@@ -129,6 +136,12 @@ class Watch:
         growing = self._cloth.sphere_radius < self._cloth.scene.sphere.radius
         return growing or bool(self._pinned.any())
 
+    def _about_the_centre(self, energy: Energy) -> float:
+        """Return the energy of springs, and of the motion about the centre of mass, J."""
+        cloth = self._cloth
+        centre = cloth.velocities.mean(axis=(0, 1))
+        return energy.motion - 0.5 * cloth.scene.sheet.mass * float(centre @ centre)
+
     def _check_energy(self) -> None:
         cloth, scene = self._cloth, self._cloth.scene
         energy, work = cloth.energy_by_kind(), cloth.work
@@ -150,6 +163,11 @@ class Watch:
             raise BrokenPromiseError(
                 f'{excess:.3g} J from nowhere, of {turnover:.3g} J turned over'
             )
+        if self._free:  # a fall stretches no spring
+            self._outcome.free += 1
+            excess = self._about_the_centre(energy) - self._internal
+            if excess > ENERGY * turnover:
+                raise BrokenPromiseError(f'{excess:.3g} J of a fall in springs')
 
     def _check_depth(self, positions: Array) -> None:
         cloth = self._cloth

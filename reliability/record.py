@@ -22,7 +22,7 @@ class Row:
     what
         The fault, the extreme or the input.
     promised
-        What is to happen.
+        What is to happen; nothing where the case is there for comparison.
     measured
         What did, in figures.
     kept
@@ -36,7 +36,7 @@ class Row:
     kept: bool
 
 
-def write(name: str, command: str, title: str, rows: Sequence[Row]) -> bool:
+def write(name: str, command: str, title: str, summary: str, rows: Sequence[Row]) -> bool:
     """
     Print rows and write them to docs/reliability/NAME.json; return whether all was kept.
 
@@ -48,6 +48,8 @@ def write(name: str, command: str, title: str, rows: Sequence[Row]) -> bool:
         That makes it, as a user types it.
     title
         Of the table.
+    summary
+        What was tried, in a line of the README.
     rows
         Its cases.
 
@@ -55,6 +57,7 @@ def write(name: str, command: str, title: str, rows: Sequence[Row]) -> bool:
     RESULTS.mkdir(parents=True, exist_ok=True)
     content = {
         'title': title,
+        'summary': summary,
         'command': command,
         'machine': describe(),
         'rows': [asdict(row) for row in rows],

@@ -39,16 +39,10 @@ def summary(results: list[dict[str, Any]]) -> str:
     """Return a line for each command."""
     lines = []
     for result in results:
-        kept = sum(row['kept'] for row in result['rows'])
-        first = result['rows'][0]
-        lines.append(
-            (
-                f'`{result["command"]}`',
-                f'{first["what"]}: {first["measured"]}',
-                f'{kept} of {len(result["rows"])}',
-            )
-        )
-    return table(('command', 'the first of its promises', 'kept'), lines)
+        promises = [row['kept'] for row in result['rows'] if row['promised']]
+        kept = f'{sum(promises)} of {len(promises)}'
+        lines.append((f'`{result["command"]}`', result['summary'], kept))
+    return table(('command', 'tries', 'promises kept'), lines)
 
 
 def main() -> None:

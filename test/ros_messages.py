@@ -3,8 +3,7 @@
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue, SetParametersResult
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.msg import SetParametersResult
 from sensor_msgs.msg import PointCloud2
 
 # A sheet that stays as it is until something acts on it.
@@ -46,31 +45,9 @@ def pose(x=0.0, y=0.0, z=0.0, frame='') -> PoseStamped:
     return message
 
 
-def value(content) -> ParameterValue:
-    kinds = {
-        bool: (ParameterType.PARAMETER_BOOL, 'bool_value'),
-        int: (ParameterType.PARAMETER_INTEGER, 'integer_value'),
-        float: (ParameterType.PARAMETER_DOUBLE, 'double_value'),
-        str: (ParameterType.PARAMETER_STRING, 'string_value'),
-    }
-    if isinstance(content, list):
-        if content and isinstance(content[0], float):
-            kind = ParameterType.PARAMETER_DOUBLE_ARRAY
-            return ParameterValue(type=kind, double_array_value=content)
-        kind = ParameterType.PARAMETER_STRING_ARRAY
-        return ParameterValue(type=kind, string_array_value=content)
-    kind, field = kinds[type(content)]
-    return ParameterValue(type=kind, **{field: content})
-
-
 def set_parameters(probe, **values) -> list[SetParametersResult]:
-    request = SetParameters.Request(
-        parameters=[
-            Parameter(name=name.replace('__', '.'), value=value(content))
-            for name, content in values.items()
-        ]
-    )
-    return probe.call(SetParameters, '/cloth/set_parameters', request).results
+    named = {name.replace('__', '.'): value for name, value in values.items()}
+    return probe.set_parameters_of_cloth(named)
 
 
 def diagnosis(probe) -> dict[str, str]:

@@ -4,16 +4,17 @@ import math
 import sys
 
 import numpy as np
-from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
     SetParametersAtomically,
 )
-from ros_messages import FLOATING, numbers, regular, set_parameters, stamp, value
+from ros_messages import FLOATING, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 from cloth_ros.model.quantity import PARAMETER_NAMES
+from reliability.live import to_set
 
 
 def test_parameters_are_described(start_cloth, probe):
@@ -37,12 +38,8 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
     start_cloth(solver__substeps=60, sphere__radius=1, sphere__position='[0.0, 0.0, 9.0]')
     (good,) = set_parameters(probe, drag=2)  # a whole number is a number
     assert good.successful, good.reason
-    request = SetParametersAtomically.Request(
-        parameters=[
-            Parameter(name='drag', value=value(3.0)),
-            Parameter(name='springs.structural', value=value(1e6)),
-        ]
-    )
+    wanted = to_set({'drag': 3.0, 'springs.structural': 1e6})
+    request = SetParametersAtomically.Request(parameters=wanted.parameters)
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert not both.successful
     assert 'solver.substeps is 60' in both.reason
@@ -69,7 +66,7 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
             (result,) = set_parameters(probe, **{name: content})
             assert result.successful or result.reason
     assert "'99,0'" in bad[2].reason
-    request.parameters.append(Parameter(name='solver.substeps', value=value(0)))
+    request.parameters += to_set({'solver.substeps': 0}).parameters
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert both.successful, both.reason
 

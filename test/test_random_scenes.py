@@ -159,6 +159,20 @@ def test_energy_from_nowhere_is_noticed():
         watch.check()
 
 
+def test_springs_that_a_fall_stretches_are_noticed():
+    vacuum = {'pins': [''], 'wind.air_density': 0.0, 'solver.precision': 'double'}
+    cloth = trial(vacuum, 'flat', 0.0).cloth()
+    watch = Watch(cloth, Outcome())
+    cloth.advance(1.0)
+    watch.check()
+    # What the fall has given, in another form: the total is as before.
+    falling = cloth.velocities.copy()
+    falling[::2] *= -1
+    cloth.velocities = falling
+    with pytest.raises(BrokenPromiseError, match='a fall in springs'):
+        watch.check()
+
+
 def test_a_pin_that_moves_is_noticed():
     cloth, watch = watched()
     moved = cloth.positions.copy()

@@ -15,7 +15,6 @@ against springs and gravity.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -135,6 +134,8 @@ class _Heard:
 class AccountedCloth(Cloth):
     """A cloth that keeps account of the work done on it."""
 
+    guarded = False  # what is repeated would be booked twice
+
     def __init__(self, scene: Scene) -> None:
         self._work = dict.fromkeys(('air', 'drag', 'dashpots', 'contact'), 0.0)
         self._turnover = 0.0
@@ -213,10 +214,6 @@ class AccountedCloth(Cloth):
             self._work['contact'] += float(np.sum((self._force * missed)[here]))
         self._velocity, self._before, self._corrected = now, (1 - share) * way, corrected
         self._heard.length, self._heard.weight = 0.0, 0
-
-    def _stretch(self, count: int, h: float) -> Iterator[None]:
-        # Without a guard, which would have work booked twice.
-        yield from self._run(self._method, count, h, 1)
 
     def _watched(self, block: Block) -> bool:
         return True

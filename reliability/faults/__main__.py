@@ -50,7 +50,12 @@ def main() -> int:
     parser.add_argument('--only', nargs='+', choices=names, default=[], metavar='NAME')
     arguments = parser.parse_args()
     found = list(rows(arguments.only, arguments.quick))
-    return 0 if write('faults', 'make faults', 'Faults of the running node', found) else 1
+    summary = (
+        f'{len(found)} faults around a live node: stops, kills, clocks, subscribers, floods of '
+        'commands, busy processors, network, logs, signals'
+    )
+    title = 'Faults of the running node'
+    return 0 if write('faults', 'make faults', title, summary, found) else 1
 
 
 if __name__ == '__main__':

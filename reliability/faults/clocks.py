@@ -11,8 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
 
 from ..live import Listener, Live, live
@@ -107,21 +105,15 @@ class SimulatedClock:
         listener.destroy_publisher(self._publisher)
 
 
-def _follow_clock(listener: Listener, *, simulated: bool) -> None:
-    value = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=simulated)
-    request = SetParameters.Request(parameters=[Parameter(name='use_sim_time', value=value)])
-    listener.call(SetParameters, '/cloth/set_parameters', request)
-
-
 @contextmanager
 def _simulated_time(running: Live) -> Iterator[SimulatedClock]:
     """Have the node follow a /clock."""
     listener = running.listener
-    _follow_clock(listener, simulated=True)
+    listener.set_parameters_of_cloth({'use_sim_time': True})
     clock = SimulatedClock(listener)
     running.recover(time.monotonic(), _SOON)
     yield clock
-    _follow_clock(listener, simulated=False)
+    listener.set_parameters_of_cloth({'use_sim_time': False})
     clock.end(listener)
     running.recover(time.monotonic(), _SOON)
 

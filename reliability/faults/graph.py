@@ -7,13 +7,12 @@ import signal
 import sys
 import time
 
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.qos import qos_profile_parameters
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ..live import NODE, Live
+from ..live import NODE, Live, to_set
 from ..peers import LAST
 from ..record import Row
 
@@ -131,11 +130,6 @@ def flood(running: Live, quick: bool) -> Row:
     )
 
 
-def _set_bending(stiffness: float) -> SetParameters.Request:
-    number = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=stiffness)
-    return SetParameters.Request(parameters=[Parameter(name='springs.bending', value=number)])
-
-
 def parameters(running: Live, quick: bool) -> Row:
     """Parameters 100 times a second, with resets and pauses among them."""
     rate, seconds = 100.0, 2.0 if quick else 10.0
@@ -146,7 +140,7 @@ def parameters(running: Live, quick: bool) -> Row:
     )
     pause = listener.client(SetBool, '/cloth/pause')
     reset = listener.client(Trigger, '/cloth/reset')
-    listener.call(SetParameters, '/cloth/set_parameters', _set_bending(50.0))
+    listener.set_parameters_of_cloth({'springs.bending': 50.0})
     listener.call(Trigger, '/cloth/reset', Trigger.Request())
     listener.spin_until(change.service_is_ready)
     before, used, began = running.node.memory, running.node.cpu_seconds, time.monotonic()
@@ -160,7 +154,8 @@ def parameters(running: Live, quick: bool) -> Row:
             hold = len(answers) % 20 == 0
             answers.append(pause.call_async(SetBool.Request(data=hold)))
         else:
-            answers.append(change.call_async(_set_bending(50.0 + len(answers) % 7)))
+            bending = 50.0 + len(answers) % 7
+            answers.append(change.call_async(to_set({'springs.bending': bending})))
     ended = time.monotonic()
     used = running.node.cpu_seconds - used
     listener.spin_until(lambda: all(answer.done() for answer in answers), _SOON)

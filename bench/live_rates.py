@@ -1,7 +1,7 @@
 """
 How a live node keeps up: its ticks, its messages, and what commands cost it.
 
-    python -m tools.live_rates [--size 128] [--seconds 300] [--threads 1]
+    python -m bench.live_rates [--size 128] [--seconds 300] [--threads 1]
 
 Starts a node, subscribes to its particles and markers from this process, and prints what arrives
 and what the node's diagnostics say; then commands wind a thousand times a second, and prints what
