@@ -16,6 +16,7 @@ T = TypeVar('T')
 # s, after which a thread gives up Python's lock to others that want it.  While something is
 # compiled it is wanted at every kernel, and the usual 5 ms would be felt in each tick.
 _SWITCH = 2e-4
+_USUAL = sys.getswitchinterval()
 
 
 class Background(Generic[T]):
@@ -44,14 +45,13 @@ class Background(Generic[T]):
         self._thread.start()
 
     def _run(self) -> None:
-        usual = sys.getswitchinterval()
-        sys.setswitchinterval(min(_SWITCH, usual))
+        sys.setswitchinterval(min(_SWITCH, _USUAL))
         try:
             self.made = self._make()
         except BaseException as error:  # handed on to whoever asks
             self.error = error
         finally:
-            sys.setswitchinterval(usual)
+            sys.setswitchinterval(_USUAL)
 
     def wait(self, seconds: float | None = None) -> bool:
         """Wait until it is made, or for so many seconds; return whether it is done."""
