@@ -53,6 +53,43 @@ def test_a_cloth_goes_on_from_another_grid():
         assert np.isfinite(cloth.positions).all()
 
 
+@pytest.mark.parametrize('precision', ['single', 'double'])
+def test_a_sheet_that_has_fallen_for_hours_goes_on_from_another_grid(precision):
+    free = SCENE.with_parameters({'pins': [''], 'drag': 0.0, 'solver.precision': precision})
+    far = Cloth(free)
+    shape, fallen = (
+        far.positions - far.positions.mean(axis=(0, 1)),
+        np.array([0.0, 0.0, -(2.0**36)]),
+    )
+    far._state.origin = fallen
+    far._state.velocity[:] = np.array([[0.0], [0.0], [-3e5]]) * far._state.free
+    far._forget()
+    cloth = far
+    for spacing in (4, 2, 1):
+        cloth, before = cloth_on(free, spacing), cloth
+        take_over(cloth, before)
+        # A double tells 15 µm there, and a single 8 km.
+        np.testing.assert_allclose(cloth.positions - fallen, shape, atol=5e-5)
+        np.testing.assert_allclose(cloth.velocities, far.velocities)
+        cloth.advance(0.0)
+
+
+@pytest.mark.parametrize('away', [0.0, -4e9])
+def test_pins_set_while_a_cloth_runs_hold_on_every_grid(away):
+    before = Cloth(SCENE.with_parameters({'pins': ['']}))
+    before._state.origin[2] += away
+    before.advance(0.5)
+    before.configure(SCENE)
+    pinned = SCENE.pinned()
+    held = before.positions[pinned]
+    for spacing in (2, 4, 1):
+        cloth = cloth_on(SCENE, spacing)
+        take_over(cloth, before)
+        cloth.advance(0.1)
+        np.testing.assert_allclose(cloth.positions[pinned], held, atol=2e-6)
+        before = cloth
+
+
 def test_a_grid_of_too_few_particles_is_refused():
     with pytest.raises(ValueError, match='three particles'):
         CoarseCloth(SCENE, 32)

@@ -50,6 +50,39 @@ def test_pins_stay_where_they_were(pins, factor):
         assert np.abs(new - place).max(axis=1).min() <= 0.5 * reach + 1e-9
 
 
+@pytest.mark.parametrize(
+    ('pins', 'factor'),
+    [
+        ([':,:'], 0.5),
+        ([':,:'], 3.0),
+        (['::2,::2', '1::2,1::2'], 2.0),  # a checkerboard, and no particle beside another
+        (['::3,::3'], 0.5),
+        ([f'{row},{row}' for row in range(128)], 0.5),
+        (['0,:', '-1,:', ':,0', ':,-1'], 2.0),
+    ],
+)
+def test_many_pins_are_written_in_few_strings(pins, factor):
+    scene = Scene(sheet={'rows': 128, 'columns': 129}, pins=pins)
+    other = on_grid(scene, factor)
+    assert len(other.pins) <= 128
+    shape = (other.sheet.rows, other.sheet.columns)
+    wanted = np.zeros(shape, bool)
+    for row, column in np.argwhere(scene.pinned()):
+        wanted[round(row / 127 * (shape[0] - 1)), round(column / 128 * (shape[1] - 1))] = True
+    assert np.array_equal(other.pinned(), wanted)
+
+
+def test_a_grid_whose_pins_cannot_be_written_is_none():
+    rng = np.random.default_rng(0)
+    pins = [
+        f'{row},{first}::{step}'
+        for row in range(0, 511, 2)
+        for first, step in rng.integers((0, 5), (100, 60), (16, 2))
+    ]
+    scene = Scene(sheet={'rows': 511, 'columns': 511}, pins=pins)
+    assert on_grid(scene, 0.5) is None
+
+
 def test_no_pins_stay_no_pins():
     assert not on_grid(Scene(pins=['']), 2.0).pinned().any()
 

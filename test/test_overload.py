@@ -80,6 +80,15 @@ def test_where_there_is_nothing_to_give_up_nothing_changes(changes):
     assert overload.level.scene is scene
 
 
+@pytest.mark.parametrize('pins', [[':,:'], ['::2,::2', '1::2,1::2'], ['::3,:']])
+def test_many_pins_do_not_hinder_it(pins):
+    scene = ASKED.with_parameters({'sheet.rows': 128, 'sheet.columns': 128, 'pins': pins})
+    overload = Overload(scene)
+    assert overload.level.scene is scene
+    assert overload.relax(1e3)
+    assert overload.level.particles < 36
+
+
 def test_a_fixed_number_of_substeps_is_given_up_as_well():
     overload = Overload(ASKED.with_parameters({'solver.substeps': 5000}))
     assert overload.relax(1.0)

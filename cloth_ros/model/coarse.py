@@ -10,6 +10,9 @@ from .lattice import Array
 from .quantity import refuse
 from .scene import Scene
 
+# Spacings that a pin may be moved by to be where it was at first.
+_NEAR = 2.0
+
 
 class CoarseCloth(Cloth):
     """
@@ -90,11 +93,32 @@ def cloth_on(scene: Scene, spacing: float) -> Cloth:
     return Cloth(scene) if spacing == 1 else CoarseCloth(scene, spacing)
 
 
+def _on_grid_of(cloth: Cloth, field: Array) -> Array:
+    """Return a field, shape (3, rows, columns), on the grid that a cloth is simulated on."""
+    grid = (cloth._lattice.rows, cloth._lattice.columns)
+    there: Array = np.moveaxis(sampled(np.moveaxis(field, 0, -1)[None], *grid)[0], -1, 0)
+    return there
+
+
 def take_over(cloth: Cloth, other: Cloth) -> None:
-    """Have a new cloth go on from where another one of the same sheet is, whatever its grid."""
-    positions, pinned = other.positions.copy(), cloth.scene.pinned()
-    positions[pinned] = cloth.positions[pinned]
-    cloth.positions, cloth.velocities = positions, other.velocities
+    """
+    Have a new cloth go on from where another one of the same sheet is, whatever its grid.
+
+    However far that is: a free sheet that has fallen for long is beyond what may be assigned from
+    outside, and single precision resolves it only about the origin that it has taken along.
+    """
+    state, before, grid = cloth._state, other._state, cloth._lattice.grid
+    flat = grid(state.position) + (state.origin - before.origin)[:, None, None]
+    state.origin = before.origin
+    there = _on_grid_of(cloth, other._lattice.grid(before.position))
+    # Pins of the coarser grid are not quite where those of the scene are, and must not wander from
+    # one grid to the next; those that were set while the cloth ran are where it was then.
+    near = np.linalg.norm(there - flat, axis=0) < _NEAR * max(cloth._scene.sheet.spacing)
+    grid(state.position)[...] = np.where(cloth._scene.pinned() & near, flat, there)
+    grid(state.velocity)[...] = grid(state.free) * _on_grid_of(cloth, before.speeds)
+    cloth._forget()
+    if cloth._contact is not None:
+        cloth._contact.appear()
     cloth._time, cloth._wind, cloth._sphere = other._time, other._wind, other._sphere
     cloth._done, cloth._repeats = other._done, other._repeats
     cloth._guard.repeats = other._repeats

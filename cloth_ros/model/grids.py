@@ -6,15 +6,19 @@ and shear stiffness of a square grid does not depend on the spacing d.  The bend
 on the second difference of the positions, which is the curvature times d², in a cell of area d²:
 for the same resistance to bending their stiffness is scaled with 1/d².  (They are springs still:
 they also resist stretching, and a curvature of a flat sheet only to higher order; the distance
-of grids has that in it.)  Pins are moved to the particles nearest to where they were.
+of grids has that in it.)  Pins are moved to the particles nearest to where they were, and written
+as slices, for there may be more of them than a scene takes strings.
 """
 
 from __future__ import annotations
+
+from itertools import islice
 
 import numpy as np
 
 from .compile import exact
 from .lattice import Array
+from .quantity import LONGEST_LIST
 from .scene import Scene
 
 # Particles along a side that a finer grid is not to exceed.
@@ -26,7 +30,7 @@ def on_grid(scene: Scene, factor: float) -> Scene | None:
     Return the same cloth with its spacing divided by `factor`.
 
     A side of one particle stays one.  None if another one would have fewer than three particles,
-    or too many.
+    or too many, or if its pins are too irregular to be written.
     """
     sheet = scene.sheet
     sides = (sheet.rows, sheet.columns)
@@ -34,7 +38,10 @@ def on_grid(scene: Scene, factor: float) -> Scene | None:
     if factor == 1:
         return scene
     long = [new for new, side in zip((rows, columns), sides, strict=True) if side > 1]
-    if not long or min(long) < 3 or max(long) > _MOST:
+    if not long or min(long) < 3 or (factor > 1 and max(long) > _MOST):
+        return None
+    pins = _moved(scene.pinned(), rows, columns)
+    if len(pins) > LONGEST_LIST:
         return None
     exact = (max(rows, columns) - 1) / (max(sides) - 1)
     return scene.with_parameters(
@@ -42,16 +49,39 @@ def on_grid(scene: Scene, factor: float) -> Scene | None:
             'sheet.rows': rows,
             'sheet.columns': columns,
             'springs.bending': scene.springs.bending * exact**2,
-            'pins': _moved(scene.pinned(), rows, columns),
+            'pins': pins,
         }
     )
 
 
 def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
-    """Return the pins of a grid of other size."""
+    """Return the pins of a grid of other size, those of all rows that are alike together."""
     wanted = np.argwhere(pinned) / np.maximum(np.array(pinned.shape) - 1, 1)
-    nearest = np.unique(np.rint(wanted * (rows - 1, columns - 1)).astype(int), axis=0)
-    return [f'{row},{column}' for row, column in nearest] or ['']
+    moved = np.zeros((rows, columns), bool)
+    moved[tuple(np.rint(wanted * (rows - 1, columns - 1)).astype(int).T)] = True
+    alike: dict[bytes, list[int]] = {}
+    for row in np.flatnonzero(moved.any(axis=1)).tolist():
+        alike.setdefault(moved[row].tobytes(), []).append(row)
+    return [
+        f'{some_rows},{some_columns}'
+        for same in alike.values()
+        for some_columns in _slices(np.flatnonzero(moved[same[0]]).tolist())
+        for some_rows in _slices(same)
+    ] or ['']
+
+
+def _slices(indices: list[int]) -> list[str]:
+    """Return ascending indices as slices of equal steps, each as long as it can be."""
+    slices = []
+    left = dict.fromkeys(indices)
+    while left:
+        first, second = (*islice(left, 2), indices[-1] + 1)[:2]
+        end, step = first, second - first
+        while end in left:
+            del left[end]
+            end += step
+        slices.append(f'{first}:{end}:{step}' if end > second else f'{first}')
+    return slices
 
 
 @exact

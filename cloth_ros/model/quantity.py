@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 _METADATA = 'quantity'
 # What is longer is no parameter: as many pins as the edge of the largest sheet has particles.
-_LONGEST_LIST = 4096
+LONGEST_LIST = 4096
 _LONGEST_STRING = 256
 
 
@@ -140,8 +140,8 @@ def _items(name: str, value: Any, kind: str) -> list[Any]:
         length = len(value)
     except (TypeError, OverflowError):  # of an array without dimensions, of a huge range
         raise refuse(name, value, f'a list of {kind}', 'put it in brackets') from None
-    if length > _LONGEST_LIST:
-        raise refuse(f'the length of {name}', length, f'at most {_LONGEST_LIST}', 'shorten it')
+    if length > LONGEST_LIST:
+        raise refuse(f'the length of {name}', length, f'at most {LONGEST_LIST}', 'shorten it')
     return value.tolist() if is_array else list(value)
 
 
