@@ -10,11 +10,20 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.messages.markers import MarkersMessage
-from cloth_ros.messages.particles import ParticlesMessage
+from cloth_ros.messages import template
+from cloth_ros.messages.markers import _ACTION_MARK, MarkersMessage, _unlikely
+from cloth_ros.messages.particles import _PLACEHOLDER, ParticlesMessage
+from cloth_ros.model.quantity import one_line
 from cloth_ros.model.springs import ends, families
 
 STAMP = (1_700_000_001, 999_999_999)
+
+# What messages are searched for when they are made.
+MARKS = (
+    np.array([template.STAMP.sec, template.STAMP.nanosec], np.uint32).tobytes(),
+    np.array(_unlikely(0, 18)).tobytes(),
+    _ACTION_MARK,
+)
 
 SCENES = {
     'default': Scene(),
@@ -151,6 +160,40 @@ def test_rosbags_reads_the_same(cloth):
         assert (one.ns, one.type, one.action) == (other.ns, other.type, other.action)
         assert [(q.x, q.y, q.z) for q in one.points] == [(q.x, q.y, q.z) for q in other.points]
         assert one.mesh_resource == ''
+
+
+@pytest.mark.parametrize(
+    'frame_id',
+    [
+        '',
+        'abcdefghijklmnopqrstuvwxyz',
+        'abcdefghijklmnopqrstuvwx' * 3,
+        _PLACEHOLDER.decode('latin-1'),
+        'f' * 256,
+        '縁' * 256,
+        'ÿ𝄞' * 31,
+        'sheet/pins/springs/wind/sphere',
+        *(
+            one_line(mark.decode(code, 'ignore'))
+            for mark in MARKS
+            for code in ('utf-8', 'latin-1')
+        ),
+    ],
+)
+def test_a_frame_may_have_any_name(frame_id):
+    cloth = Cloth(Scene(frame_id=frame_id, sphere={'radius': 0.5}, markers={'springs': True}))
+    cloth.advance(0.1)
+    cloud = deserialize_message(particles(cloth), PointCloud2)
+    assert cloud.header.frame_id == frame_id
+    assert (cloud.header.stamp.sec, cloud.header.stamp.nanosec) == STAMP
+    numbers = np.frombuffer(cloud.data, np.float32).reshape(32, 32, 6)
+    assert np.array_equal(numbers[..., :3], cloth.positions.astype(np.float32))
+    array = deserialize_message(markers(cloth), MarkerArray)
+    assert [each.ns for each in array.markers] == ['sheet', 'pins', 'springs', 'wind', 'sphere']
+    for marker in array.markers:
+        assert marker.header.frame_id == frame_id
+        assert (marker.header.stamp.sec, marker.header.stamp.nanosec) == STAMP
+        assert marker.pose.orientation.w == 1.0
 
 
 def test_many_sizes_keep_the_cdr_aligned():

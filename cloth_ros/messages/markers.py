@@ -27,7 +27,11 @@ _ARROW_SECONDS = 0.1
 
 
 def _unlikely(number: int, count: int) -> list[float]:
-    """Return numbers that stand nowhere else in the message, different for each `number`."""
+    """
+    Return numbers that stand nowhere else in the message, different for each `number`.
+
+    Nor in a frame's name: three of them in a row are no UTF-8.
+    """
     return [1.0e17 + 1024.0 * (100 * number + i) for i in range(count)]
 
 

@@ -11,7 +11,8 @@ from .template import STAMP, Template
 
 FIELDS = ('x', 'y', 'z', 'vx', 'vy', 'vz')
 _POINT_STEP = 4 * len(FIELDS)
-_PLACEHOLDER = bytes(range(0x61, 0x61 + _POINT_STEP))
+# Of bytes that no UTF-8 has, so that no frame's name is taken for it.
+_PLACEHOLDER = bytes(range(0xF8, 0x100)) * 3
 
 
 class ParticlesMessage:
