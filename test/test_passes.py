@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.background import Background
 from cloth_ros.model.methods.steps import Block, plan
 from cloth_ros.model.substeps import dissipation_spacing
 
@@ -64,6 +66,22 @@ def test_the_result_has_the_same_bits_with_any_number_of_threads(precision):
         shared = run(**{'solver.precision': precision, 'solver.threads': threads})
         for one, other in zip(alone, shared, strict=True):
             assert np.array_equal(one, other)
+
+
+def test_teams_of_all_sizes_share_their_threads():
+    before = threading.active_count()
+    alone = run()
+    # Going up and down, and several at once, as a cloth and its twin do.
+    for size in (5, 2, 6, 3, 4, 6):
+        shared = [
+            Background(lambda size=size - k: run(**{'solver.threads': size})) for k in (0, 1)
+        ]
+        for each in shared:
+            assert each.wait(60.0)
+            assert each.error is None
+            for one, other in zip(alone, each.made, strict=True):
+                assert np.array_equal(one, other)
+    assert threading.active_count() <= before + 5
 
 
 @given(substeps=st.integers(1, 60), spacing=st.integers(0, 20).map(lambda n: 2 * n + 1))

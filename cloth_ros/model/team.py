@@ -6,7 +6,8 @@ particles whatever the number of threads, so that the result has the same bits w
 thread has a part of the chunks, which it finds in its cache from one pass to the next, and takes
 from the others' parts when it is through with its own; a pass begins when all chunks of the one
 before are done.  So nobody waits for a thread that the system has not let run yet: with another
-load on the machine a team is as fast as one thread, and not slower.
+load on the machine a team is as fast as one thread, and not slower.  Teams of all sizes share
+their threads, so that there are no more of them than the largest has.
 
 Threads claim chunks by tickets: one counter per thread's part, counted up over all passes.
 """
@@ -14,6 +15,7 @@ Threads claim chunks by tickets: one counter per thread's part, counted up over 
 from __future__ import annotations
 
 import functools
+import itertools
 import threading
 from queue import SimpleQueue
 from typing import Any
@@ -99,16 +101,29 @@ def _expect(posted, taken):  # type: ignore[no-untyped-def]
             _sched_yield()
 
 
-_Task = tuple[Kernel, Array, int, int, tuple[Any, ...]]
+_Task = tuple[int, Kernel, Array, Array, int, int, tuple[Any, ...]]
+
+# Those of all threads there are besides the callers of teams.
+_queues: list[SimpleQueue[_Task]] = []
+_growth = threading.Lock()
 
 
-def _work(tasks: SimpleQueue[_Task], posted: Array) -> None:
-    taken = 0
+def _work(tasks: SimpleQueue[_Task]) -> None:
     while True:
-        _expect(posted, taken)
-        kernel, counters, thread, threads, arguments = tasks.get()
-        taken += 1
+        call, kernel, posted, counters, thread, threads, arguments = tasks.get()
         kernel(posted, counters, thread, threads, *arguments)
+        # The next task is most likely of the same team.
+        _expect(posted, call)
+
+
+def _queues_of(count: int) -> list[SimpleQueue[_Task]]:
+    """Return the queues of so many threads, which are started unless they run already."""
+    with _growth:
+        while len(_queues) < count:
+            tasks: SimpleQueue[_Task] = SimpleQueue()
+            threading.Thread(target=_work, args=(tasks,), daemon=True).start()
+            _queues.append(tasks)
+        return _queues[:count]
 
 
 class Team:
@@ -117,18 +132,17 @@ class Team:
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self._posted = np.zeros(1, np.int64)
-        self._tasks: list[SimpleQueue[_Task]] = [SimpleQueue() for _ in range(threads - 1)]
-        for tasks in self._tasks:
-            arguments = (tasks, self._posted)
-            threading.Thread(target=_work, args=arguments, daemon=True).start()
+        self._calls = itertools.count(1)  # which threads can share, as they cannot an integer
+        self._tasks = _queues_of(threads - 1)
 
     def run(self, kernel: Kernel, *arguments: Any) -> None:
         """Run ``kernel(posted, counters, thread, threads, *arguments)`` in all, to its end."""
         # New counters: a thread that comes late must find those of its own call used up.
         counters = np.zeros(_LINE * (self.threads + 1), np.int64)
+        call, posted = next(self._calls), self._posted
         for number, tasks in enumerate(self._tasks, 1):
-            tasks.put((kernel, counters, number, self.threads, arguments))
-        kernel(self._posted, counters, 0, self.threads, *arguments)
+            tasks.put((call, kernel, posted, counters, number, self.threads, arguments))
+        kernel(posted, counters, 0, self.threads, *arguments)
 
 
 @functools.cache
