@@ -1,5 +1,6 @@
-"""A machine on which nothing can be written."""
+"""A machine on which nothing, or nothing more, can be written."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -30,3 +31,64 @@ def test_the_model_runs_without_a_cache_and_says_so():
     )
     assert found.returncode == 0, found.stderr
     assert found.stderr.count('set NUMBA_CACHE_DIR') == 1
+
+
+# A cloth, and a kernel, where files end after so many bytes, as they do on a full disk.
+_LIMITED = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]), resource.RLIM_INFINITY))
+"""
+_CLOTH = """
+from cloth_ros import Cloth, Scene
+Cloth(Scene().with_parameters({'sheet.rows': 4, 'sheet.columns': 4})).advance(0.1)
+"""
+_KERNEL = """
+from cloth_ros.model.compile import exact
+@exact
+def kernel(x):
+    return x + {}
+print(kernel(1.0))
+"""
+
+
+@pytest.fixture
+def run_limited(tmp_path):
+    script = tmp_path / 'script.py'
+
+    def run(text: str, limit: int) -> subprocess.CompletedProcess[str]:
+        if not script.exists() or script.read_text() != _LIMITED + text:
+            script.write_text(_LIMITED + text)  # and what is kept of it is out of date
+        return subprocess.run(
+            [sys.executable, script, str(limit)],
+            env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path), 'PYTHONPATH': str(ROOT)},
+            capture_output=True,
+            text=True,
+        )
+
+    return run
+
+
+def test_a_full_disk_is_no_end(run_limited, tmp_path):
+    found = run_limited(_CLOTH, 1024)
+    assert found.returncode == 0, found.stderr
+    assert found.stderr.count('set NUMBA_CACHE_DIR') == 1
+    assert 'Traceback' not in found.stderr
+    assert not list(tmp_path.rglob('*.tmp.*'))
+
+
+@pytest.mark.parametrize('limit', [16, 2048])  # the index does not fit; it does, the kernel not
+def test_a_kernel_that_found_no_room_is_not_mistaken_for_an_older_one(
+    run_limited, limit, tmp_path
+):
+    def kept() -> dict[object, int]:
+        return {path: path.stat().st_mtime_ns for path in tmp_path.rglob('*.nb?')}
+
+    assert run_limited(_KERNEL.format(1), 2**30).stdout == '2.0\n'
+    assert kept()
+    full = run_limited(_KERNEL.format(2), limit)
+    assert (full.returncode, full.stdout) == (0, '3.0\n'), full.stderr
+    roomy = run_limited(_KERNEL.format(2), 2**30)
+    assert (roomy.stdout, roomy.stderr) == ('3.0\n', '')
+    before = kept()
+    assert run_limited(_KERNEL.format(2), 2**30).stdout == '3.0\n'
+    assert kept() == before
