@@ -1,4 +1,6 @@
+import gc
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -168,3 +170,42 @@ def test_sheets_of_every_shape_run(rows, columns):
     cloth.advance(0.2)
     assert np.isfinite(cloth.positions).all()
     assert cloth.largest_strain() < 1.0
+
+
+def test_a_sheet_set_far_away_keeps_its_shape():
+    """Single precision resolves 6 cm at a distance of 1000 km."""
+    cloth = Cloth(SMALL)
+    moved = cloth.positions + np.array([1e6, -1e6, 1e3])
+    cloth.positions = moved
+    assert np.abs(cloth.positions - moved).max() < 1e-6
+    cloth.advance(0.1)
+    assert cloth.largest_strain() < 0.1
+    assert np.array_equal(cloth.positions, cloth.positions)
+
+
+def test_what_is_no_scene_and_no_division_is_refused():
+    with pytest.raises(ValueError, match=r'scene is None, but must be a cloth_ros\.Scene'):
+        Cloth(SMALL).configure(None)
+    with pytest.raises(ValueError, match='finer is 0, but must be 1 or more'):
+        Cloth(SMALL, finer=0)
+
+
+def test_what_a_scene_needed_is_freed_with_it():
+    """At once: arrays of NumPy do not make the garbage collector run."""
+    cloth = Cloth(SMALL)
+    cloth.advance(0.1)
+    gc.disable()
+    try:
+        before = weakref.ref(cloth._dynamics)
+        cloth.configure(SMALL.with_parameters({'springs.bending': 5.0}))
+        assert before() is None
+    finally:
+        gc.enable()
+
+
+def test_substeps_have_one_length_however_late_it_is():
+    """Times are rounded, but each other length would be one more table of passes."""
+    cloth = Cloth(SMALL)
+    for _ in range(3000):
+        cloth.advance(1 / 60)
+    assert len(cloth._dynamics._tables) < 10

@@ -1,5 +1,6 @@
 import itertools
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -138,3 +139,30 @@ def test_no_more_time_is_spent_than_was_given(monkeypatch):
         spent += next(clock) - start - 2e-4  # the two readings around it
     assert 0.9 * calls * given < spent < calls * given + 5e-4
     assert monitor.estimate is not None
+
+
+def test_one_twin_at_most_is_in_the_making_and_a_reset_needs_no_other(monkeypatch):
+    made, release = [], threading.Event()
+
+    def slowly(scene):
+        made.append(scene)
+        release.wait(10.0)
+        return Cloth(scene)
+
+    monkeypatch.setattr(error_monitor, '_twin', slowly)
+    cloth = Cloth(scene())
+    monitor = ErrorMonitor(cloth, background=True)
+    for k in range(1, 20):
+        cloth.configure(scene(**{'springs.bending': float(k)}))
+        monitor.restart()
+        monitor.observe(TICK)
+    assert len(made) == 1
+    release.set()
+    while len(made) < 2 or monitor._twin is None:  # of the scene that it is now
+        monitor.observe(TICK)
+    assert made[-1].springs.bending == 19.0
+    cloth.reset()
+    monitor.restart()
+    monitor.observe(TICK)
+    assert monitor._recording
+    assert len(made) == 2

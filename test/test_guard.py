@@ -139,6 +139,17 @@ def test_a_cloth_is_held_where_even_that_does_not(monkeypatch):
     assert cloth.repeats.held > 0
 
 
+def test_a_cloth_is_held_where_even_contact_fails(monkeypatch):
+    cloth = Cloth(SMALL.with_parameters({'sphere.radius': 0.1, 'sphere.position': [0, 0, 2.0]}))
+    cloth.advance(0.3)
+    before = cloth.positions
+    monkeypatch.setattr(cloth._contact, 'resolve', lambda state, h: state.velocity.fill(np.inf))
+    cloth.advance(1 / 60)
+    assert np.array_equal(cloth.positions, before)
+    assert not cloth.velocities.any()
+    assert cloth.repeats.held > 0
+
+
 @pytest.mark.parametrize('scene', sorted(CONFIG.glob('*.yaml'), key=lambda path: path.stem))
 def test_nothing_is_repeated_in_the_scenes_that_come_along(scene):
     cloth = Cloth(Scene.from_yaml(scene))

@@ -47,9 +47,11 @@ class Cloth(Simulation):
         Raises
         ------
         ValueError
-            A parameter that is fixed while a cloth runs differs.
+            A parameter that is fixed while a cloth runs differs, or `scene` is none.
 
         """
+        if not isinstance(scene, Scene):
+            raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
         before, after = self._scene.flat(), scene.flat()
         for name, known in PARAMETER_NAMES.items():
             if known.fixed and before[name] != after[name]:
@@ -57,7 +59,7 @@ class Cloth(Simulation):
         if scene.wind.velocity != self._scene.wind.velocity:
             self._wind = np.array(scene.wind.velocity)
         if scene.sphere.position != self._scene.sphere.position:
-            if self._contact is None:
+            if self._contact is None or scene.sphere.radius == 0:
                 self._sphere = SphereMotion(scene.sphere.position)
             else:
                 self._sphere.waypoints = [np.array(scene.sphere.position)]
@@ -164,6 +166,10 @@ class Cloth(Simulation):
     def sphere_waypoints(self) -> list[Array]:
         """Positions commanded since the last advance, m, which the sphere passes in the next."""
         return list(self._sphere.waypoints)
+
+    @sphere_waypoints.setter
+    def sphere_waypoints(self, waypoints: Sequence[Array]) -> None:
+        self._sphere.waypoints = list(waypoints)  # as another cloth has accepted them
 
     @property
     def sphere_depth(self) -> float:

@@ -230,8 +230,8 @@ class SphereContact:
     touched
         True if it has touched the sheet since the last `take_work`.
     deepest
-        Greatest depth, m, of a triangle in the sphere at the end of the last `resolve` that
-        found contact, where it is above the tolerance: pins hold the sheet in the sphere.
+        Greatest depth, m, of a triangle in the sphere at the end of the last `resolve`, where it
+        is above the tolerance: pins hold the sheet in the sphere.
 
     """
 
@@ -259,7 +259,7 @@ class SphereContact:
 
     def appear(self) -> None:
         """Look for room in the sheet: it, or the sphere, was set from outside."""
-        self._clearance = 0.0
+        self._clearance = self.deepest = 0.0
         self._new = True
 
     def go_on_from(self, other: SphereContact) -> None:
@@ -308,6 +308,7 @@ class SphereContact:
             self._work = math.inf
         sphere_speed = float(np.linalg.norm(self.velocity))
         self._clearance -= h * (greatest_speed(state) + sphere_speed)
+        self.deepest = 0.0
         if self._clearance > 0:
             return
         count, self._clearance = self._find(state, h, start, end)

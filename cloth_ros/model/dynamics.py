@@ -11,7 +11,6 @@ B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992, section II).
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 
@@ -27,6 +26,8 @@ from .team import CHUNK, team_of
 
 # Particles from which on threads pay for their start.
 _WORTH_THREADS = 4096
+# Tables of passes that are kept: more are used at once in no motion.
+_TABLES = 64
 
 
 class Dynamics:
@@ -92,7 +93,7 @@ class Dynamics:
             apart,
             dtype is np.float64,
         )
-        self._table = functools.lru_cache(maxsize=256)(self._make_table)
+        self._tables: dict[tuple[Step, ...], Array] = {}
         self._range = (lattice.begin, lattice.end, lattice.stride)
         self._springs = tuple(dtype(number) for number in springs.constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
@@ -104,7 +105,13 @@ class Dynamics:
 
     def carry(self, state: State, steps: tuple[Step, ...]) -> None:
         """Carry `state` through `steps`."""
-        self._make(state, self._table(steps))
+        table = self._tables.get(steps)
+        if table is None:
+            if len(self._tables) == _TABLES:
+                self._tables.clear()
+            table = np.array([row for step in steps for row in self._rows(step)])
+            self._tables[steps] = table
+        self._make(state, table)
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; `apart` must be true."""
@@ -115,9 +122,6 @@ class Dynamics:
         work = self._mass * float(self._work.sum())
         self._work[:] = 0
         return work
-
-    def _make_table(self, steps: tuple[Step, ...]) -> Array:
-        return np.array([row for step in steps for row in self._rows(step)])
 
     def _rows(self, step: Step) -> Iterator[tuple[float, ...]]:
         """Yield the passes of a step: kind, decay, gain, drift, dashpots, air; see `passes`."""

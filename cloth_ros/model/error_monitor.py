@@ -82,17 +82,35 @@ class ErrorMonitor:
         self._cloth = cloth
         self._background = background
         self._credit = 0.0
+        self._twin: Cloth | None = None
+        self._coming: Background[Cloth] | None = None
+        self._of: Scene | None = None
         self.restart()
 
-    def restart(self) -> None:
-        """Begin anew with the scene that the cloth has now, without an estimate."""
+    def restart(self, cloth: Cloth | None = None) -> None:
+        """Begin anew, without an estimate, with another cloth or what this one is now."""
+        self._cloth = cloth or self._cloth
         self.estimate: ErrorEstimate | None = None
         self._window = 0.0
-        scene = self._cloth.scene.with_parameters({'solver.precision': 'double'})
-        self._coming = Background(lambda: _twin(scene))
-        if not self._background:
-            self._coming.wait()
         self.forget()
+
+    def _twin_now(self) -> Cloth | None:
+        """
+        Return a twin of the scene that the cloth has now; None while it is made.
+
+        One at most is in the making, however often the scene changes, and none while no one asks.
+        """
+        scene = self._cloth.scene
+        if self._coming is None and self._of is not scene:
+            self.forget()
+            self._of, self._twin = scene, None
+            double = scene.with_parameters({'solver.precision': 'double'})
+            self._coming = Background(lambda: _twin(double))
+            if not self._background:
+                self._coming.wait()
+        if self._coming is not None and self._coming.done:
+            self._twin, self._coming = self._coming.made, None
+        return self._twin if self._of is scene else None
 
     def report(self) -> dict[str, object]:
         """Return the estimate by name and unit."""
@@ -120,7 +138,7 @@ class ErrorMonitor:
 
         A window in which an advance went by without that is given up.
         """
-        cloth, twin = self._cloth, self._coming.made
+        cloth, twin = self._cloth, self._twin_now()
         if twin is None:
             return
         if self._recording and cloth.time != self._ahead:
@@ -145,7 +163,7 @@ class ErrorMonitor:
 
         A substep is never divided: what it takes too long is taken off the next calls.
         """
-        twin = self._coming.made
+        twin = self._twin_now()
         if twin is None:
             return
         self._credit = min(self._credit + seconds, max(seconds, 0.0) * 20)
@@ -154,10 +172,7 @@ class ErrorMonitor:
             if next(self._march, self) is not self:
                 continue
             if self._tape:
-                duration, wind, waypoints = self._tape.pop(0)
-                twin.wind = wind
-                for point in waypoints:
-                    twin.move_sphere(point.tolist())
+                duration, twin.wind, twin.sphere_waypoints = self._tape.pop(0)
                 self._march = twin.march(duration)
             elif self._goal is not None:
                 self._finish(twin, self._goal)

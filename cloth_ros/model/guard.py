@@ -208,8 +208,8 @@ class Guard:
         """Scale velocities down to what the budget allows; return whether that is possible."""
         end = self._meter.measure(state)
         excess = end.total - self._budget - work
-        # Not finite compares as false.
-        if not 0.0 < excess <= end.kinetic:
+        # NaN compares as false.
+        if not (0.0 < excess <= end.kinetic and math.isfinite(end.kinetic)):
             return False
         state.velocity *= state.dtype(math.sqrt(1.0 - excess / end.kinetic))
         self.repeats.limited += 1

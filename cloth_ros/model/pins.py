@@ -27,7 +27,7 @@ def _select(part: str, count: int, what: str, pin: str) -> slice:
             )
         return slice(index % count, index % count + 1)
     match = _SLICE.fullmatch(part)
-    if match is None or match[3] in ('0', '+0', '-0'):
+    if match is None or (match[3] and int(match[3]) == 0):
         raise refuse('pins', pin, _FORM, f'correct the {what}')
     selected = slice(*(None if group is None else int(group) for group in match.groups()))
     if not range(*selected.indices(count)):

@@ -42,6 +42,9 @@ _DTYPES = {'single': np.float32, 'double': np.float64}
 
 _LONGEST = 1e6  # s, of one advance
 _TIMED = LOOK_EVERY  # substeps to tell their cost from
+# Share by which substeps may differ and be made alike: times are rounded, and each other length
+# would have its own tables.
+_ALIKE = 1e-8
 
 
 class Simulation:
@@ -62,6 +65,8 @@ class Simulation:
         if not isinstance(scene, Scene):
             raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
         memory.check(scene, memory.of_cloth(scene))
+        if finer < 1:
+            raise refuse('finer', finer, '1 or more', 'give a whole number')
         self._finer = finer
         self._look = LOOK_EVERY if finer == 1 else 1  # twins run in pauses, which are short
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
@@ -168,6 +173,8 @@ class Simulation:
         if self._time + seconds == self._time:  # nothing, or less than what time resolves
             return
         if self._contact is not None:
+            if self._sphere.jump(seconds):
+                self._contact.appear()
             self._contact.centre = self._sphere.centre
             self._contact.find_room(self._state)
             self._sphere.begin(self._time, seconds)
@@ -181,6 +188,8 @@ class Simulation:
                 self._air += self._gusts.velocity(0.5 * (begin + change))
             count = max(math.ceil((change - begin) / self.substep - ROUNDING), 1)
             h = (change - begin) / count
+            if abs(h - self.substep) <= _ALIKE * self.substep:
+                h = self.substep
             for first in range(0, count, STRETCH):
                 yield from self._stretch(min(STRETCH, count - first), h)
             self._time = change
@@ -217,8 +226,11 @@ class Simulation:
         self._state.velocity[...] = 0
         self._moved(count * h)
         self._take_work()
-        accepted = self._accept(math.inf)
-        assert accepted  # contact alone, from rest, leaves finite what is
+        if not self._accept(math.inf):  # not even contact alone, from rest
+            self._go_back(begin)
+            self._state.velocity[...] = 0
+            self._time += count * h
+            self._accept(math.inf)
 
     def _accept(self, work: float, *, touched: bool = False) -> bool:
         """Take the state for good if the guard does."""

@@ -13,6 +13,8 @@ from .quantity import checked_vector, refuse
 # positions that it passes in one advance.
 _FARTHEST = 1000.0
 _WAYPOINTS = 64
+# m/s; what is faster is not swept, but appears where it is told to.
+_FASTEST = 1e6
 
 
 class Path:
@@ -97,6 +99,16 @@ class SphereMotion:
                 'bring it nearer',
             )
         self.waypoints = [*self.waypoints[1 - _WAYPOINTS :], centre]
+
+    def jump(self, seconds: float) -> bool:
+        """Go to the last waypoint at once if `seconds` are too few to sweep there; tell if so."""
+        if not self.waypoints:
+            return False
+        way = np.linalg.norm(np.diff([self.centre, *self.waypoints], axis=0), axis=1).sum()
+        if way <= _FASTEST * seconds:
+            return False
+        self.centre, self.waypoints = self.waypoints[-1], []
+        return True
 
     @property
     def speed(self) -> float:

@@ -58,12 +58,21 @@ class State:
 
     @property
     def world(self) -> Array:
-        """Positions in the world, m, double precision, shape (3, rows, columns); set all."""
+        """
+        Positions in the world, m, double precision, shape (3, rows, columns); set all.
+
+        The origin is moved to a sheet that is set farther from it than it is wide.
+        """
         positions: Array = self.lattice.grid(self.position) + self.origin[:, None, None]
         return positions
 
     @world.setter
     def world(self, positions: Array) -> None:
+        low, high = positions.min(axis=(1, 2)), positions.max(axis=(1, 2))
+        middle = 0.5 * (low + high)
+        # Not where it need not move: what is set to what it is must not be rounded.
+        if np.abs(middle - self.origin).max() > (high - low).max():
+            self.origin = middle
         self.lattice.grid(self.position)[...] = positions - self.origin[:, None, None]
 
     @property
