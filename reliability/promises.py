@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from contextlib import suppress
@@ -9,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cloth_ros import Cloth
+from cloth_ros import Cloth, Scene
 from cloth_ros.model.energy import Energy
 from cloth_ros.model.lattice import Array
 from cloth_ros.model.substeps import precision_for
@@ -47,7 +48,10 @@ class Outcome:
     energy
         Greatest energy too much, as a share of what was turned over.
     depth
-        Greatest depth of a triangle in the sphere that nothing holds there, m.
+        Greatest depth of a triangle in the sphere that no pin holds there, m.
+    stretches, any_work
+        How many stretches of substeps the guard looked at, and in how many of these the sphere
+        did work that is not known, as it grew or could not be got out of the way of.
     repeats
         Stretches that were repeated, by how.
     repeated
@@ -63,13 +67,15 @@ class Outcome:
     free: int = 0
     energy: float = 0.0
     depth: float = 0.0
+    stretches: int = 0
+    any_work: int = 0
     repeats: Counter[str] = field(default_factory=Counter)
     repeated: int = 0
     starts: Counter[str] = field(default_factory=Counter)
 
     def add(self, other: Outcome) -> None:
         """Add what other trials came to."""
-        for name in ('trials', 'cut', 'advances', 'free', 'repeated'):
+        for name in ('trials', 'cut', 'advances', 'free', 'stretches', 'any_work', 'repeated'):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.energy = max(self.energy, other.energy)
         self.depth = max(self.depth, other.depth)
@@ -115,6 +121,7 @@ class Watch:
         sphere = cloth.scene.sphere.radius > 0
         self._free = not (self._pinned.any() or sphere or cloth.scene.has_air)
         self._pins = cloth.positions[self._pinned]
+        self._held = self._pinned.ravel()[self._triangles].any(axis=1)
 
     def check(self) -> None:
         """Check everything."""
@@ -129,12 +136,6 @@ class Watch:
         self._check_energy()
         self._check_depth(positions)
         self._outcome.advances += 1
-
-    @property
-    def _may_be_deep(self) -> bool:
-        """Tell if the cloth may say that it is deep in the sphere: pins, or a growing sphere."""
-        growing = self._cloth.sphere_radius < self._cloth.scene.sphere.radius
-        return growing or bool(self._pinned.any())
 
     def _about_the_centre(self, energy: Energy) -> float:
         """Return the energy of springs, and of the motion about the centre of mass, J."""
@@ -175,13 +176,41 @@ class Watch:
         if radius == 0:
             return
         points = positions.reshape(-1, 3) - cloth.sphere_position
-        depth = float(deepest(points, self._triangles, radius))
+        free, held = (
+            float(deepest(points, self._triangles[which], radius))
+            for which in (~self._held, self._held)
+        )
         allowed = min(DEPTH, _DEPTH_SHARE * cloth.scene.sphere.radius)
         allowed += _ROUNDING * (radius + cloth.scene.sheet.diagonal + np.abs(points).max())
-        if depth <= allowed:
-            self._outcome.depth = max(self._outcome.depth, depth)
-        elif not (self._may_be_deep and depth <= cloth.sphere_depth + allowed):
-            raise BrokenPromiseError(f'a triangle is {depth:.3g} m deep in the sphere')
+        if max(free, held) > cloth.sphere_depth + allowed:
+            deep = max(free, held)
+            raise BrokenPromiseError(f'a triangle is {deep:.3g} m deep in the sphere, unsaid')
+        if radius < cloth.scene.sphere.radius:  # a growing sphere is where it is
+            return
+        if free > allowed:
+            raise BrokenPromiseError(f'a triangle is {free:.3g} m deep in the sphere, unpinned')
+        self._outcome.depth = max(self._outcome.depth, free)
+
+
+class Counted(Cloth):
+    """
+    A cloth that counts what its guard looks at.
+
+    Attributes
+    ----------
+    stretches, any_work
+        See `Outcome`.
+
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.stretches = self.any_work = 0
+        super().__init__(scene)
+
+    def _accept(self, work: float, *, touched: bool = False) -> bool:
+        self.stretches += 1
+        self.any_work += work == math.inf
+        return super()._accept(work, touched=touched)
 
 
 def apply(trial: Trial, cloth: Cloth, what: Input, watch: Watch) -> None:
@@ -221,7 +250,7 @@ def run(trial: Trial, outcome: Outcome, patience: float = PATIENCE) -> None:
 
     """
     end = time.monotonic() + patience
-    cloth = trial.cloth()
+    cloth = trial.cloth(Counted)
     watch = Watch(cloth, outcome)
     for what in trial.inputs:
         apply(trial, cloth, what, watch)
@@ -235,3 +264,5 @@ def run(trial: Trial, outcome: Outcome, patience: float = PATIENCE) -> None:
     counts = vars(cloth.repeats)
     outcome.repeats.update(counts)
     outcome.repeated += any(counts.values())
+    outcome.stretches += cloth.stretches
+    outcome.any_work += cloth.any_work

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from hypothesis import assume
@@ -15,6 +16,8 @@ from cloth_ros import Cloth, Scene
 # Substeps and particle steps that one trial may take, before motion divides them.
 _SUBSTEPS = 1000
 _PARTICLE_STEPS = 2e5
+
+C = TypeVar('C', bound=Cloth)
 
 
 @dataclass(frozen=True)
@@ -69,9 +72,9 @@ class Trial:
     seed: int = 0
     inputs: tuple[Input, ...] = ()
 
-    def cloth(self) -> Cloth:
-        """Return the cloth in its first state."""
-        cloth = Cloth(Scene().with_parameters(dict(self.parameters)))
+    def cloth(self, kind: Callable[[Scene], C] = Cloth) -> C:
+        """Return the cloth, of a kind, in its first state."""
+        cloth = kind(Scene().with_parameters(dict(self.parameters)))
         generator = np.random.default_rng(self.seed)
         reach = cloth.scene.sheet.diagonal or 1.0
         positions, centre = cloth.positions, np.array(cloth.scene.sheet.position)

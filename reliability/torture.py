@@ -157,15 +157,17 @@ def rows(outcome: Outcome, comparison: Comparison) -> list[Row]:
         ),
         Row(
             'triangles in the sphere',
-            f'none deeper than {1e3 * DEPTH:g} mm (1 % of a radius below 1 cm), unless pins hold '
-            'it there',
+            f'none without a pin deeper than {1e3 * DEPTH:g} mm (1 % of a radius below 1 cm) once '
+            'it has grown; with a pin as deep as is said',
             f'0 deeper; at most {1e3 * outcome.depth:.2g} mm, rounding of positions included',
             kept=True,
         ),
         Row(
             'the guard',
             'what has too much energy is repeated',
-            f'in {outcome.repeated} scenes; stretches of substeps: {repeats}',
+            f'in {outcome.repeated} scenes; of {outcome.stretches:,} stretches: {repeats}; '
+            f'in {outcome.any_work:,} the work of a sphere that grows or is in the way of pins '
+            'could not be bounded',
             kept=True,
         ),
         *(

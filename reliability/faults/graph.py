@@ -130,6 +130,16 @@ def flood(running: Live, quick: bool) -> Row:
     )
 
 
+def _another_scene(number: int) -> dict[str, object]:
+    """Return a change that comes after others; with air or without takes other kernels."""
+    changes: tuple[dict[str, object], ...] = (
+        {'springs.bending': 50.0 + number % 7},
+        {'wind.air_density': 1.2 * (number % 2)},
+        {'drag': 0.5 + 0.1 * (number % 5)},
+    )
+    return changes[number % len(changes)]
+
+
 def parameters(running: Live, quick: bool) -> Row:
     """Parameters 100 times a second, with resets and pauses among them."""
     rate, seconds = 100.0, 2.0 if quick else 10.0
@@ -154,13 +164,13 @@ def parameters(running: Live, quick: bool) -> Row:
             hold = len(answers) % 20 == 0
             answers.append(pause.call_async(SetBool.Request(data=hold)))
         else:
-            bending = 50.0 + len(answers) % 7
-            answers.append(change.call_async(to_set({'springs.bending': bending})))
+            answers.append(change.call_async(to_set(_another_scene(len(answers)))))
     ended = time.monotonic()
     used = running.node.cpu_seconds - used
     listener.spin_until(lambda: all(answer.done() for answer in answers), _SOON)
     answered = time.monotonic() - ended
     listener.destroy_client(change)
+    listener.set_parameters_of_cloth({'wind.air_density': 1.2, 'drag': 0.5})
     kept = running.well()
     recovery = running.recover(ended, _SOON)
     return Row(
