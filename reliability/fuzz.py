@@ -22,7 +22,8 @@ from .tally import Tally
 
 # Shares of the cases; processes are dear, and get as many as there is time for.
 _PARAMETERS, _COMMANDS, _FILES = 0.2, 0.05, 0.2
-_MESSAGES, _CORRUPTED, _REQUESTS, _QUESTIONS, _STUDY = 0.33, 0.1, 0.06, 0.03, 0.03
+_MESSAGES, _CORRUPTED, _REQUESTS, _QUESTIONS, _STUDY = 0.32, 0.1, 0.06, 0.03, 0.03
+_CLOCKS = 0.01
 _STARTS = 1e-3
 
 
@@ -40,6 +41,7 @@ def live_node(cases: int) -> Iterator[Tally]:
     with live(*fuzz_topics.SCENE) as running:
         yield fuzz_topics.messages(running, round(_MESSAGES * cases))
         yield fuzz_topics.corrupted(running, round(_CORRUPTED * cases))
+        yield fuzz_topics.clocks(running, round(_CLOCKS * cases))
         yield fuzz_services.questions(running, round(_QUESTIONS * cases))
         yield fuzz_services.parameters(running, round(_REQUESTS * cases))
         tally = Tally('the same node, after all of this', 'full rate and real time again')

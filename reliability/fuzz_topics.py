@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
 
 from .live import Live
 from .tally import Tally
@@ -22,12 +23,15 @@ SCENE = (
 )
 _CENTRE = np.array([0.0, 0.0, 1.0])  # of the sheet, m
 _BATCH = 400  # messages, then the node is asked whether it has counted them
+_APART = 0.003  # s, between two messages on /clock
 _PATIENCE = 15.0  # s, for it to have done so
 KINDS = {'wind': Vector3Stamped, 'sphere_pose': PoseStamped}
 _NUMBERS = [
     *(np.nan, np.inf, -np.inf, 5e-324, -5e-324, 2.2e-308, 1e308, -1e308, 1e39, -0.0, 0.0, 1e-9),
     *(1.0, -2.0, 9.9e3, 1e4, 1.0001e4, 999.0, -1e6, 1.1e6, 2.0**53, 3.4e38),
 ]
+_SECONDS = [0, 1, -1, -(2**31), 2**31 - 1, 1_700_000_000]
+_NANOSECONDS = [0, 1, 10**9 - 1, 10**9, 2**32 - 1]
 _FRAMES = [
     *(
         '',
@@ -66,8 +70,8 @@ def drawn(generator: np.random.Generator, topic: str) -> Vector3Stamped | PoseSt
     """Return a message that may have anything in it."""
     message = KINDS[topic]()
     message.header.frame_id = str(generator.choice(_FRAMES))
-    message.header.stamp.sec = int(generator.choice([0, -1, -(2**31), 2**31 - 1, 1_700_000_000]))
-    message.header.stamp.nanosec = int(generator.choice([0, 1, 10**9 - 1, 10**9, 2**32 - 1]))
+    message.header.stamp.sec = int(generator.choice(_SECONDS))
+    message.header.stamp.nanosec = int(generator.choice(_NANOSECONDS))
 
     def fill(part: object, names: str) -> None:
         for name in names:
@@ -206,3 +210,32 @@ def corrupted(running: Live, cases: int) -> Tally:
         'dropped by DDS, heeded, or refused and counted; the node runs on',
     )
     return _sent(running, tally, cases, make, exactly=False)
+
+
+def clocks(running: Live, cases: int) -> Tally:
+    """Send /clock with anything in it; the node follows it meanwhile."""
+    tally = Tally('messages on /clock', 'followed, or refused; the node runs on')
+    generator, listener = np.random.default_rng(0), running.listener
+    listener.set_parameters_of_cloth({'use_sim_time': True})
+    out = listener.publisher(Clock, '/clock')
+    for _ in range(cases):
+        message = Clock()
+        message.clock.sec = sec = int(generator.choice(_SECONDS))
+        message.clock.nanosec = nanosec = int(generator.choice(_NANOSECONDS))
+        out.publish(message)
+        if sec < 0 or nanosec >= 10**9:
+            tally.refused += 1
+        else:
+            tally.accepted += 1
+        listener.spin_for(_APART)
+    listener.set_parameters_of_cloth({'use_sim_time': False})
+    listener.destroy_publisher(out)
+    start = len(listener.reports)
+    listener.spin_until(lambda: len(listener.reports) > start + 1)
+    # The node keeps but the newest message: how many it has seen no one knows.
+    if tally.refused and listener.reports[-1].values['rejected clock'] == '0':
+        tally.blame('none counted', 'messages on /clock')
+    if listener.not_finite:
+        tally.blame(f'{listener.not_finite} states not finite', 'messages on /clock')
+        listener.not_finite = 0
+    return tally

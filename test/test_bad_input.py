@@ -4,12 +4,16 @@ import array
 import decimal
 import math
 import os
+import sys
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from ros_messages import set_parameters
+from ros_messages import diagnosis, set_parameters
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
 
 from cloth_ros import Cloth, Scene
 from reliability import fuzz_commands, fuzz_files, fuzz_services, fuzz_topics, fuzz_values
@@ -156,13 +160,14 @@ def test_a_live_node_outlives_bad_messages_bytes_and_requests():
         tallies = [
             fuzz_topics.messages(running, 800),
             fuzz_topics.corrupted(running, 400),
+            fuzz_topics.clocks(running, 200),
             fuzz_services.questions(running, 200),
             fuzz_services.parameters(running, 200),
         ]
-        assert [tally.wrong for tally in tallies] == [[], [], [], []]
+        assert [tally.wrong for tally in tallies] == [[], [], [], [], []]
         assert tallies[0].refused > 100
         assert tallies[0].accepted > 100
-        assert tallies[3].accepted > 10
+        assert tallies[4].accepted > 10
         fuzz_services.restore(running)
         assert 'Traceback' not in running.node.output
 
@@ -183,6 +188,83 @@ def test_a_type_that_there_is_not_ends_no_node(start_cloth, probe):
     assert node.alive
 
 
+def test_a_clock_that_is_no_time_ends_no_node(start_cloth, probe):
+    """rclpy's own subscription ends it with a negative second."""
+    node = start_cloth(use_sim_time='true')
+    clock = probe.publisher(Clock, '/clock')
+    for sec, nanosec in ((-1, 0), (-(2**31), 2**32 - 1), (2**31 - 1, 2**32 - 1), (5, 10**9)):
+        clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
+        probe.spin_for(0.2)  # the node keeps only the newest
+    node.wait_for_output('refused a message on clock')
+    probe.spin_until(lambda: diagnosis(probe)['rejected clock'] == '4')
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    for sec in (2**31 - 1, 7):  # the last second that a stamp can carry, and back
+        for n in range(40):
+            clock.publish(Clock(clock=Time(sec=sec, nanosec=n * 25_000_000)))
+            probe.spin_for(0.02)
+        probe.spin_until(lambda: particles and particles[-1].header.stamp.sec == sec)  # noqa: B023
+    assert node.alive
+
+
+def test_a_clock_that_is_no_time_is_refused_from_a_parameter_on_as_well(start_cloth, probe):
+    node = start_cloth()
+    (result,) = set_parameters(probe, use_sim_time=True)
+    assert result.successful
+    probe.publisher(Clock, '/clock').publish(Clock(clock=Time(sec=-1)))
+    node.wait_for_output('refused a message on clock')
+    (result,) = set_parameters(probe, use_sim_time=False)
+    assert result.successful
+    probe.spin_until(lambda: diagnosis(probe)['message'] == 'running in real time')
+
+
+NOT_SENT = """
+import sys
+from itertools import count
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.publisher import Publisher
+from cloth_ros.node.main import main
+
+publish, tries = Publisher.publish, count()
+
+def failing(self, message):
+    if 'cloth' in self.topic_name and next(tries) < 10:
+        raise rclpy_implementation.RCLError('failed to publish: a time-out')
+    publish(self, message)
+
+Publisher.publish = failing
+sys.exit(main())
+"""
+
+
+def test_a_message_that_cannot_be_sent_ends_no_node(start, probe):
+    node = start(sys.executable, '-c', NOT_SENT)
+    node.wait_for_output('publishing')
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    probe.spin_until(lambda: len(particles) > 5)
+    assert node.output.count('a message on particles was not sent') == 1
+    assert diagnosis(probe)['messages not sent'] == '10'
+
+
+FAILING = """
+import sys
+from cloth_ros import Cloth
+from cloth_ros.node.main import main
+
+def march(self, seconds):
+    raise ZeroDivisionError('unforeseen')
+
+Cloth.march = march
+sys.exit(main())
+"""
+
+
+def test_an_error_that_no_one_foresaw_ends_the_node_aloud(start):
+    """It must not go on with a state that may be half made; a launch file can start it again."""
+    node = start(sys.executable, '-c', FAILING)
+    assert node.process.wait(60.0) == 1
+    assert 'ZeroDivisionError: unforeseen' in node.output
+
+
 def test_changes_that_only_their_combination_forbids_are_refused_together(start_cloth, probe):
     start_cloth()
     request = SetParametersAtomically.Request(
@@ -199,6 +281,7 @@ def test_changes_that_only_their_combination_forbids_are_refused_together(start_
     assert alone.successful, 'there are no gusts: nothing was changed'
 
 
+LARGEST = ('-p', 'sheet.rows:=1024', '-p', 'sheet.columns:=1024', '-p', 'markers.springs:=true')
 STARTS = [
     ['--help'],  # ran
     ['config/gust.yaml'],  # ran, with another scene
@@ -207,6 +290,10 @@ STARTS = [
     ['--ros-args', '-p', f'qos_overrides./cloth/particles.publisher.depth:={2**63 - 1}'],
     ['--ros-args', '-p', 'qos_overrides./cloth/particles.publisher.depth:=1e3'],
     ['--ros-args', '-p', 'qos_overrides./cloth/particles.publisher.reliability:=1'],
+    # without end, or nearly so, for a reader that hangs
+    ['--ros-args', '-p', 'qos_overrides./cloth/particles.publisher.history:=keep_all'],
+    ['--ros-args', '-p', 'qos_overrides./wind.subscription.history:=KEEP_ALL'],
+    ['--ros-args', *LARGEST, '-p', 'qos_overrides./cloth/markers.publisher.depth:=1000'],
     ['--ros-args', '-p', 'pins:=' + '[' * 2000],  # an error as long
     ['--ros-args', '--foo'],
 ]

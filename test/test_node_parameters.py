@@ -4,6 +4,7 @@ import math
 import sys
 
 import numpy as np
+import pytest
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import (
     DescribeParameters,
@@ -13,7 +14,9 @@ from rcl_interfaces.srv import (
 from ros_messages import FLOATING, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
+from cloth_ros.model import Scene, memory
 from cloth_ros.model.quantity import PARAMETER_NAMES
+from cloth_ros.node.queues import Queues
 from reliability.live import to_set
 
 
@@ -69,6 +72,16 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
     request.parameters += to_set({'solver.substeps': 0}).parameters
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert both.successful, both.reason
+
+
+def test_of_several_set_one_by_one_a_refusal_leaves_the_others(start_cloth, probe):
+    start_cloth()
+    results = set_parameters(probe, drag=2.0, springs__shear=-1.0, springs__bending=50.0)
+    assert [result.successful for result in results] == [True, False, True]
+    names = ['drag', 'springs.shear', 'springs.bending']
+    request = GetParameters.Request(names=names)
+    values = probe.call(GetParameters, '/cloth/get_parameters', request).values
+    assert [item.double_value for item in values] == [2.0, Scene().springs.shear, 50.0]
 
 
 def test_every_parameter_that_is_not_fixed_changes_while_running(start_cloth, probe):
@@ -135,3 +148,51 @@ def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
 def test_names_that_no_scene_has_are_pointed_out(start_cloth):
     node = start_cloth(**{'spring.shear': 3.0})
     assert "did you mean 'springs.shear'" in node.output
+
+
+def test_a_queue_that_memory_has_no_room_for_is_refused(monkeypatch):
+    scene = Scene(sheet={'rows': 100, 'columns': 100})  # 0.24 MB, and 1.44 MB of markers
+    monkeypatch.setattr(memory, 'available', lambda: 400e6)
+    Queues({}).check(scene)
+    Queues({'particles': ('the depth', 500), 'markers': ('the depth', 30)}).check(scene)
+    deep = Queues({'markers': ('the depth', 150)})
+    with pytest.raises(ValueError, match=r'the depth is 150, but must be .* 1\.44 MB'):
+        deep.check(scene)
+    deep.check(scene.with_parameters({'markers.rate': 0}))
+    some = Queues({'markers': ('the depth', 60)})
+    some.check(scene)
+    with pytest.raises(ValueError, match='the depth is 60'):
+        some.check(scene.with_parameters({'markers.springs': True}))
+
+
+NOT_COMPILED = """
+import sys
+from cloth_ros import Cloth
+from cloth_ros.node.main import main
+
+compiled = Cloth.compile
+
+def compile(self):
+    if self.scene.drag == 3:
+        raise OSError('no space left on device')
+    return compiled(self)
+
+Cloth.compile = compile
+sys.exit(main())
+"""
+
+
+def test_kernels_that_cannot_be_compiled_leave_the_cloth_as_it_is(start, probe):
+    node = start(sys.executable, '-c', NOT_COMPILED, '--ros-args', '-p', 'drag:=0.5')
+    node.wait_for_output('publishing')
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    (result,) = set_parameters(probe, drag=3.0)
+    assert result.successful
+    node.wait_for_output('no space left on device')
+    particles.clear()
+    probe.spin_until(lambda: len(particles) > 60)
+    assert node.output.count('no space left on device') == 1, 'it is not tried again and again'
+    results = set_parameters(probe, drag=2.0, rate=120.0)  # which is
+    assert all(result.successful for result in results)
+    probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 120))
+    assert node.output.count('no space left on device') == 1

@@ -1,8 +1,11 @@
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray
 from hypothesis import given
 from hypothesis import strategies as st
+from rosgraph_msgs.msg import Clock
 
 from cloth_ros.node.pacing import Pacing
+from cloth_ros.node.tick_times import TickTimes
 
 TICK = 1 / 60
 elapsed_times = st.lists(st.floats(-0.5, 0.5), min_size=1, max_size=200)
@@ -17,7 +20,7 @@ def test_time_is_simulated_pending_or_lost_and_nothing_else(elapsed, substep, ma
         if count:
             pacing.done(count, substep, count * cost)
             simulated += count * substep
-        assert -0.5001 * substep <= pacing.pending <= max(max_tick, substep) + 1e-9
+        assert -0.5001 * substep <= pacing.pending <= max(max_tick, 1.5 * TICK) + 1e-9
     forwards = sum(max(seconds, 0.0) for seconds in elapsed)
     assert simulated + pacing.pending + pacing.lost == pytest.approx(forwards, abs=1e-4)
 
@@ -71,3 +74,77 @@ def test_a_stall_is_made_up_as_far_as_allowed():
     pacing.done(1, substep, 1e-6)
     assert pacing.due(10.0, substep, TICK, 0.1) == 60
     assert pacing.lost == pytest.approx(9.9, abs=2 * substep)
+
+
+@pytest.mark.parametrize('rate', [1.0, 2.0, 5.0, 10.0])
+@given(
+    lateness=st.lists(st.floats(-0.2, 0.2), min_size=1, max_size=50), max_tick=st.floats(1e-3, 0.1)
+)
+def test_ordinary_ticks_lose_no_time_however_long_they_are(rate, lateness, max_tick):
+    pacing, tick, late = Pacing(), 1 / rate, 0.0
+    for share in lateness:  # of a tick, that this one is late, or early
+        elapsed = tick + (share - late) * tick
+        late = share
+        count = pacing.due(elapsed, tick / 20, tick, max_tick)
+        if count:
+            pacing.done(count, tick / 20, 1e-4)
+    assert pacing.lost == 0
+    factor, _ = pacing.take_report()
+    assert factor == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_report_without_a_tick_keeps_the_factor():
+    pacing = Pacing()
+    pacing.done(pacing.due(1.0, 0.1, 1.0, 0.1), 0.1, 1e-4)
+    assert pacing.take_report()[0] == pytest.approx(1.0)
+    assert pacing.take_report()[0] == pytest.approx(1.0)
+
+
+def test_times_of_ticks_that_no_one_reads_do_not_pile_up():
+    times = TickTimes()
+    for _ in range(100_000):
+        times.add(1e-3, 1e-4)
+    assert len(times) <= 10_000
+    assert times.take_report(1e-3)['tick jitter, 99th percentile [s]'] == 0
+    assert len(times) == 0
+
+
+def well(status):
+    factor = next(item.value for item in status.values if item.key == 'real-time factor')
+    return status.message == 'running in real time' and abs(float(factor) - 1) < 0.1
+
+
+@pytest.mark.parametrize('rate', [1, 5])
+def test_a_slow_rate_is_no_slow_motion(start_cloth, probe, rate):
+    start_cloth(rate=rate)
+    reports = probe.collect(DiagnosticArray, '/diagnostics')
+    probe.spin_until(lambda: len(reports) >= 4 and all(well(r.status[0]) for r in reports[-4:]))
+
+
+def spin_under_clock(probe, step, condition):
+    """Move /clock in steps, s, until four reports in a row fulfil a condition."""
+    clock = probe.publisher(Clock, '/clock')
+    reports = probe.collect(DiagnosticArray, '/diagnostics')
+    for n in range(1000):
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(10**12 + n * round(step * 1e9), 10**9)
+        clock.publish(message)
+        probe.spin_for(0.05)
+        if len(reports) >= 4 and all(condition(report.status[0]) for report in reports[-4:]):
+            return
+    raise AssertionError(reports[-1].status[0])
+
+
+def test_a_clock_of_a_step_a_tick_is_followed_at_a_slow_rate(start_cloth, probe):
+    """1.005 s was a jump once, and nothing moved."""
+    start_cloth(use_sim_time='true', rate=1)
+    spin_under_clock(probe, 1.005, well)
+
+
+def test_a_clock_that_only_jumps_is_told_of(start_cloth, probe):
+    def told(status):
+        values = {item.key: item.value for item in status.values}
+        return '/clock moves by' in status.message and float(values['real-time factor']) == 0
+
+    start_cloth(use_sim_time='true')
+    spin_under_clock(probe, 2.0, told)

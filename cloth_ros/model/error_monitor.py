@@ -86,6 +86,7 @@ class ErrorMonitor:
         self._coming: Background[Cloth] | None = None
         self._of: Scene | None = None
         self.restart()
+        self._twin_now()  # before the first tick, if that can be
 
     def restart(self, cloth: Cloth | None = None) -> None:
         """Begin anew, without an estimate, with another cloth or what this one is now."""

@@ -46,17 +46,25 @@ def of_cloth(scene: Scene) -> int:
     return size * (_kept(scene, precision_for(scene)) + _WORKING)
 
 
+def of_message(scene: Scene, topic: str) -> int:
+    """Return the bytes of a message on `particles` or `markers`, but for some kB."""
+    sheet = scene.sheet
+    per_particle = _PARTICLES
+    if topic == 'markers':
+        triangles = min(sheet.rows, sheet.columns) > 1
+        per_particle = _TRIANGLES * triangles
+        if scene.markers.springs or not triangles:
+            per_particle += _SPRING * len(list(families(scene)))
+        per_particle *= scene.markers.rate > 0
+    return per_particle * sheet.rows * sheet.columns
+
+
 def of_node(scene: Scene) -> int:
     """Return the bytes that a live node takes at most for the scene, its messages included."""
     size = Lattice(scene.sheet.rows, scene.sheet.columns).size
-    message = _PARTICLES
-    if scene.markers.rate > 0:
-        triangles = min(scene.sheet.rows, scene.sheet.columns) > 1
-        message += _TRIANGLES * triangles
-        if scene.markers.springs or not triangles:
-            message += _SPRING * len(list(families(scene)))
+    messages = of_message(scene, 'particles') + of_message(scene, 'markers')
     twin = _kept(scene, 'double') + _WORKING // 2  # of the error monitor
-    return of_cloth(scene) + size * (_COPIES * message + twin)
+    return of_cloth(scene) + _COPIES * messages + size * twin
 
 
 def check(scene: Scene, needed: int, memory: int | None = None) -> None:

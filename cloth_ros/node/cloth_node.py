@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -13,43 +12,42 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import MarkerArray
 
 from ..messages.diagnostics import diagnostics_message
-from ..messages.markers import MarkersMessage, deletion
-from ..messages.particles import ParticlesMessage
 from ..model import Cloth, Scene
 from ..model.background import Background, compile_for
 from ..model.coarse import cloth_on, take_over
 from ..model.error_monitor import ErrorMonitor
 from ..model.guard import Repeats
+from ..model.quantity import one_line
 from ..model.substeps import method_for
 from .clock_step import wake_after_steps
+from .clock_topic import SafeClockNode
 from .frames import Frames
 from .main import Stop
 from .namesakes import Namesakes
+from .outputs import Output, States
 from .overload import Level, Overload
 from .pacing import Pacing
 from .parameters import SafeParameterService, changed_scene, declare_scene, typed
+from .queues import DEPTH
+from .rejections import WARNING_EVERY, Rejections
 from .solution import solution
 from .tick_times import TickTimes
 
-# RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
-_DEPTH = 5
-_WARNING_EVERY = 5.0  # s, between two warnings of one kind
-_JUMP = 1.0  # s, from which on a step of /clock is taken for a jump
+_JUMP = 1.0  # s, from which on a step of /clock is taken for a jump, but for slow ticks:
+_JUMP_TICKS = 3  # periods that are none
+_OVERDUE = 2  # periods without a tick that are too many
 _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
 _AT_ONCE = 0.1  # s, to wait for kernels before the cloth goes on without them
 
 
-class ClothNode(Node):
+class ClothNode(SafeClockNode):
     """Steps a cloth by the clock, publishes it, and takes wind, sphere and parameters."""
 
     def __init__(self, stop: Stop) -> None:
@@ -58,9 +56,10 @@ class ClothNode(Node):
             automatically_declare_parameters_from_overrides=True,
             start_parameter_services=False,
         )
-        scene = declare_scene(self)
+        scene, self._queues = declare_scene(self)
         self._parameter_service = SafeParameterService(self)
         self._log = self.get_logger()
+        self._rejections = Rejections(self._log)
         self._log.info('kernels that were never compiled on this machine take some seconds each')
         self._stop = stop
         self._cloth = Cloth(scene)
@@ -74,24 +73,19 @@ class ClothNode(Node):
         self._asked = scene
         self._coming: Background[None] | None = None
         self._next = scene
+        self._not_made: Scene | None = None
         self._may_adopt = True
         self._unsaid = False
         self._paused = False
-        self._rejected: Counter[str] = Counter()
         self._timer: Any = None
-        self._input_loggers: dict[str, Any] = {}
         self._repeats = Repeats()
-        self._ticks = 0
+        self._ticks, self._jumps, self._jump = 0, 0, 0.0
         self._times = TickTimes()
         self._frames = Frames(self, scene.frame_id)
-        self._particles = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
-        self._markers: MarkersMessage | None = None
-        self._shown: frozenset[str] = frozenset()
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
-        self._particles_out = self._publisher(PointCloud2, '~/particles')
-        self._markers_out = self._publisher(MarkerArray, '~/markers')
-        self._diagnostics_out = self._publisher(DiagnosticArray, '/diagnostics')
+        self._states = States(self, scene)
+        self._diagnostics = Output(self, DiagnosticArray, '/diagnostics')
         self._subscribe(Vector3Stamped, 'wind', self._on_wind)
         self._subscribe(PoseStamped, 'sphere_pose', self._on_sphere_pose)
         self.create_service(Trigger, '~/reset', self._on_reset)
@@ -106,15 +100,9 @@ class ClothNode(Node):
         self._start_ticking()
         self._greet()
 
-    def _publisher(self, kind: type, topic: str):  # type: ignore[no-untyped-def]
-        overridable = QoSOverridingOptions.with_default_policies()
-        # A profile of its own each: rclpy writes the overrides into it.
-        qos = QoSProfile(depth=_DEPTH)
-        return self.create_publisher(kind, topic, qos, qos_overriding_options=overridable)
-
     def _subscribe(self, kind: type, topic: str, callback: Callable[..., None]) -> None:
         overridable = QoSOverridingOptions.with_default_policies()
-        qos = QoSProfile(depth=_DEPTH)
+        qos = QoSProfile(depth=DEPTH)  # its own each: rclpy writes the overrides into it
         self.create_subscription(kind, topic, callback, qos, qos_overriding_options=overridable)
 
     def _greet(self) -> None:
@@ -124,8 +112,8 @@ class ClothNode(Node):
             f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz: {self._solution()}'
         )
         self._log.info(
-            f'publishing {self._particles_out.topic_name}, {self._markers_out.topic_name} and '
-            f'{self._diagnostics_out.topic_name}; listening to '
+            f'publishing {self._states.particles.topic}, {self._states.markers.topic} and '
+            f'{self._diagnostics.topic}; listening to '
             f'{self.resolve_topic_name("wind")} and {self.resolve_topic_name("sphere_pose")}'
         )
 
@@ -145,7 +133,7 @@ class ClothNode(Node):
         period = 1.0 / self._cloth.scene.rate
         self._last = self._ticking.now().nanoseconds
         self._stamp = self.get_clock().now().nanoseconds
-        self._next_markers = 0.0
+        self._states.restart_clock()
         self._paid = self._steady.now().nanoseconds
         self._timer = self.create_timer(period, self._tick, clock=self._ticking)
 
@@ -156,9 +144,12 @@ class ClothNode(Node):
         elapsed, last = (now - self._last) * 1e-9, self._last
         self._last = now
         self._ticks += 1
-        if self._ticking is not self._steady and (last == 0 or not 0 <= elapsed <= _JUMP):
+        longest = max(_JUMP, _JUMP_TICKS / self._cloth.scene.rate)
+        if self._ticking is not self._steady and (last == 0 or not 0 <= elapsed <= longest):
             # The first /clock, or a jump: that time was never there.
-            elapsed, self._next_markers = 0.0, 0.0
+            self._jumps, self._jump = self._jumps + 1, elapsed
+            elapsed = 0.0
+            self._states.restart_clock()
         if self._paused:
             self._pacing.forget()
         else:
@@ -168,7 +159,7 @@ class ClothNode(Node):
             # The state is as old as what is pending.
             self._stamp = max(stamp - int(self._pacing.pending * 1e9), 0)
         start = time.perf_counter()
-        self._publish(now * 1e-9)
+        self._states.publish(self._cloth, now * 1e-9, self._stamp)
         self._times.add((now - last) * 1e-9, time.perf_counter() - start)
         steady, before = self._steady.now().nanoseconds, self._paid
         self._paid = steady
@@ -176,25 +167,11 @@ class ClothNode(Node):
             # A share of a core is one of wall-clock time, whatever clock the ticks follow.
             self._monitor.work(_ESTIMATING * min((steady - before) * 1e-9, _JUMP))
 
-    def _publish(self, now: float) -> None:
-        seconds, nanoseconds = divmod(self._stamp, 1_000_000_000)
-        if self._particles_out.get_subscription_count():
-            message = self._particles.serialise(self._cloth, seconds, nanoseconds)
-            self._particles_out.publish(message)
-        if self._markers_due(now) and self._markers_out.get_subscription_count():
-            if self._markers is None:
-                self._markers = MarkersMessage(self._cloth)
-                vanished = self._shown - self._markers.namespaces
-                if vanished:
-                    self._markers_out.publish(deletion(vanished, self._cloth.scene.frame_id))
-                self._shown = self._markers.namespaces
-            self._markers_out.publish(self._markers.serialise(self._cloth, seconds, nanoseconds))
-
     @property
     def _estimating(self) -> bool:
         """True if someone listens to the error estimate, or there is none yet, but could be."""
-        listening = self._diagnostics_out.get_subscription_count() > 0
-        return self._spacing == 1 and (listening or self._monitor.estimate is None)
+        wanted = self._diagnostics.wanted or self._monitor.estimate is None
+        return self._spacing == 1 and wanted
 
     def _simulate(self, elapsed: float) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
@@ -229,28 +206,16 @@ class ClothNode(Node):
             take_over(self._cloth, before)
         self._spacing = level.spacing
         self._pacing.expect(self._cloth.compile())
-        self._monitor = ErrorMonitor(self._cloth, background=True)
+        self._monitor.restart(self._cloth)
 
     def _solution(self) -> str:
         return solution(self._cloth, self._pacing.load(self._cloth.substep))
 
-    def _markers_due(self, now: float) -> bool:
-        scene = self._cloth.scene
-        # Half a tick of slack: a tick that is early by its jitter is the one that was meant.
-        if scene.markers.rate == 0 or now < self._next_markers - 0.5 / scene.rate:
-            return False
-        self._next_markers = max(self._next_markers + 1 / scene.markers.rate, now)
-        return True
-
     # Inputs
 
-    def _reject(self, topic: str, reason: object) -> None:
-        self._rejected[topic] += 1
-        # rclpy throttles by logger and line: each topic has a logger of its own.
-        logger = self._input_loggers.setdefault(topic, self._log.get_child(topic))
-        logger.warning(
-            f'refused a message on {topic}: {reason}', throttle_duration_sec=_WARNING_EVERY
-        )
+    def reject(self, topic: str, reason: object) -> None:
+        """Note that a message was refused."""
+        self._rejections.add(topic, reason)
 
     def _on_wind(self, message: Vector3Stamped) -> None:
         self._follow_parameters()
@@ -261,10 +226,10 @@ class ClothNode(Node):
                 self._log.warning(
                     'there is wind, but no air that acts: set wind.air_density above 0, and give '
                     'the sheet two rows and two columns',
-                    throttle_duration_sec=_WARNING_EVERY,
+                    throttle_duration_sec=WARNING_EVERY,
                 )
         except ValueError as error:
-            self._reject('wind', error)
+            self.reject('wind', error)
 
     def _on_sphere_pose(self, message: PoseStamped) -> None:
         self._follow_parameters()
@@ -275,7 +240,7 @@ class ClothNode(Node):
                 self._frames.to_own(point, message.header.frame_id, is_point=True)
             )
         except ValueError as error:
-            self._reject('sphere_pose', error)
+            self.reject('sphere_pose', error)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._follow_parameters()
@@ -297,13 +262,13 @@ class ClothNode(Node):
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            changed_scene(self._asked, parameters)
+            changed_scene(self._asked, parameters, self._queues)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        self._asked = changed_scene(self._asked, parameters)
+        self._asked = changed_scene(self._asked, parameters, self._queues)
         if self._may_adopt:
             self._follow_parameters()
         if any(parameter.name == 'use_sim_time' for parameter in parameters):
@@ -315,21 +280,32 @@ class ClothNode(Node):
 
         However often parameters change, they do so once a tick, unless an input comes between.
         """
-        if self._coming is None and self._asked is not self._overload.asked:
+        changed = self._asked is not self._overload.asked and self._asked is not self._not_made
+        if self._coming is None and changed:
             scene = self._asked
             self._coming = Background(lambda: compile_for(scene))
             if not self._coming.wait(_AT_ONCE):
                 self._log.info('compiling kernels for what has changed; until then all goes on')
             self._next = scene
         if self._coming is not None and self._coming.done:
-            self._adopt(self._next)
+            error, self._coming = self._coming.error, None
+            if error is None:
+                self._adopt(self._next)
+            else:
+                # The same would fail at each tick.
+                self._not_made = self._next
+                self._log.error(
+                    'the kernels for what has changed cannot be compiled '
+                    f'({type(error).__name__}: {one_line(str(error))}): the cloth stays as it '
+                    'was, and parameters say what was asked for; set one to try all of them again'
+                )
 
     def _adopt(self, scene: Scene) -> None:
         before = self._overload.asked
-        self._coming, self._may_adopt = None, False
+        self._may_adopt = False
         self._overload = Overload(scene)
         self._go_on_with(self._overload.level)
-        self._markers = None
+        self._states.change_scene()
         self._unsaid = True
         if scene.rate != before.rate:
             self._start_ticking()
@@ -342,6 +318,12 @@ class ClothNode(Node):
             self._unsaid = False
             self._log.info(self._solution())
         factor, lost = self._pacing.take_report()
+        times = self._times.take_report(1 / cloth.scene.rate)
+        quiet = (self._steady.now().nanoseconds - self._paid) * 1e-9
+        # Ticks as slow as reports, or slower, may come before and after one.
+        overdue = self._ticks == 0 and quiet > _OVERDUE / cloth.scene.rate
+        jumping = 0 < self._ticks == self._jumps
+        factor *= not (self._paused or overdue or jumping)
         level = DiagnosticStatus.WARN
         repeated = cloth.repeats.since(self._repeats).text
         self._repeats = replace(cloth.repeats)
@@ -349,21 +331,25 @@ class ClothNode(Node):
             message, level = 'paused', DiagnosticStatus.OK
         elif repeated:
             message = f'energy from nowhere: repeated stretches of substeps, {repeated}'
-            self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
-        elif self._ticks == 0:
+            self._log.warning(message, throttle_duration_sec=WARNING_EVERY)
+        elif overdue:
             why = 'the machine is busy' if self._ticking is self._steady else 'is there a /clock?'
             message = f'no tick since the last report; {why}'
+        elif self._ticks == 0 and factor == 0:
+            message, level = 'no tick was due yet', DiagnosticStatus.OK
+        elif jumping:
+            message = f'/clock moves by {self._jump:.4g} s at once: none of it is simulated'
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
-            self._log.warning(message, throttle_duration_sec=_WARNING_EVERY)
+            self._log.warning(message, throttle_duration_sec=WARNING_EVERY)
         elif self._overload.depth:
             message = f'overload: {self._overload.level.text}'
         else:
             message, level = 'running in real time', DiagnosticStatus.OK
-        self._ticks = 0
+        self._ticks = self._jumps = 0
         if lost == 0:
             self._follow_overload(changed=self._overload.recover(self._pacing.cost))
-        if not self._diagnostics_out.get_subscription_count():
+        if not self._diagnostics.wanted:
             return
         values = {
             'real-time factor': factor,
@@ -374,17 +360,16 @@ class ClothNode(Node):
             'step [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
-            **self._times.take_report(1 / cloth.scene.rate),
+            **times,
             'energy [J]': cloth.energy(),
             'largest strain': cloth.largest_strain(),
             **self._monitor.report(),
             'sphere radius [m]': cloth.sphere_radius,
             'sphere depth [m]': cloth.sphere_depth,
-            'rejected inputs': self._rejected.total(),
-            'rejected wind': self._rejected['wind'],
-            'rejected sphere_pose': self._rejected['sphere_pose'],
+            **self._rejections.report(),
+            'messages not sent': self._states.unsent + self._diagnostics.unsent,
             **{f'stretches {how}': count for how, count in vars(cloth.repeats).items()},
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()
-        self._diagnostics_out.publish(diagnostics_message(header, name, message, values, level))
+        self._diagnostics.publish(diagnostics_message(header, name, message, values, level))

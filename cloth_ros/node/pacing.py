@@ -8,6 +8,8 @@ import math
 _SHARE = 0.8
 # Weight of the newest tick in the running mean of the cost of a substep.
 _NEWEST = 0.1
+# Ticks that one tick may always make up: itself, late by what is ordinary.
+_ORDINARY = 1.5
 
 
 class Pacing:
@@ -34,6 +36,7 @@ class Pacing:
         self._cost: float | None = None
         self._elapsed = 0.0
         self._simulated = 0.0
+        self._factor = 0.0
 
     def due(self, elapsed: float, substep: float, tick: float, max_tick: float) -> int:
         """
@@ -44,15 +47,15 @@ class Pacing:
         elapsed
             Wall-clock time since the last call, s; negative when a clock has jumped back.
         substep, tick
-            Length of a substep and of a tick, s.
+            Length of a substep and of a tick, s; a tick holds at least one substep.
         max_tick
-            Longest time to make up, s.
+            Longest time to make up, s; an ordinary tick is never longer.
 
         """
         self._elapsed += max(elapsed, 0.0)
         self.pending += max(elapsed, 0.0)
-        # A tick must hold one substep, or nothing would ever move.
-        excess = self.pending - max(max_tick, substep)
+        # A tick must hold itself, or the cloth would be slow on any machine.
+        excess = self.pending - max(max_tick, _ORDINARY * tick)
         if excess > 0:
             self.lost += excess
             self.pending -= excess
@@ -84,10 +87,16 @@ class Pacing:
         return self._cost or 0.0
 
     def take_report(self) -> tuple[float, float]:
-        """Return the real-time factor and the time lost, s, since the last report."""
-        factor = self._simulated / self._elapsed if self._elapsed > 0 else 0.0
+        """
+        Return the real-time factor and the time lost, s, since the last report.
+
+        Between two slow ticks there may be a report in which no time has passed: the factor is
+        then what it was.
+        """
+        if self._elapsed > 0:
+            self._factor = self._simulated / self._elapsed
         lost, self.lost, self._elapsed, self._simulated = self.lost, 0.0, 0.0, 0.0
-        return factor, lost
+        return self._factor, lost
 
     def forget(self) -> None:
         """Drop time that is not simulated yet: the cloth was paused or reset."""

@@ -17,25 +17,19 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
-from ..model import Scene, memory
+from ..model import Scene
 from ..model.quantity import (
     PARAMETER_NAMES,
     Quantity,
-    convert,
     one_line,
     refuse,
     shown,
     unknown_name,
 )
 from ..model.scene_file import NODE_PARAMETERS
+from .queues import Queues, check_policy
 
 _LONGEST = 600  # characters of a reason
-# What may be overridden of a topic: its default, and what it may be.
-_QOS: dict[str, tuple[object, Quantity]] = {
-    'depth': (0, Quantity('', low=0, high=1000)),
-    'history': ('', Quantity('', choices=('keep_last', 'keep_all', 'system_default'))),
-    'reliability': ('', Quantity('', choices=('reliable', 'best_effort', 'system_default'))),
-}
 
 
 def _ros_value(value: Any) -> Any:
@@ -65,16 +59,9 @@ def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
     return descriptor
 
 
-def _check_qos(name: str, policy: str, value: object) -> None:
-    """Raise ValueError for an override that rclpy would fail on without saying which."""
-    if policy == 'depth' and isinstance(value, float):
-        raise refuse(name, value, 'a whole number', 'write it without point and exponent')
-    convert(name, value.lower() if isinstance(value, str) else value, *_QOS[policy])
-
-
-def declare_scene(node: Node) -> Scene:
+def declare_scene(node: Node) -> tuple[Scene, Queues]:
     """
-    Declare the parameters of a scene on a node, and return the scene that its overrides give.
+    Declare the parameters of a scene on a node; return the scene and queues of its overrides.
 
     The node must have been made with `automatically_declare_parameters_from_overrides`: the
     overrides are then there untyped, whole numbers for real ones included, and are declared
@@ -89,9 +76,7 @@ def declare_scene(node: Node) -> Scene:
     given = {}
     overrides: dict[str, Any] = node.get_parameters_by_prefix('')
     for name, parameter in overrides.items():
-        policy = name.rpartition('.')[2]
-        if name.startswith('qos_overrides.') and policy in _QOS:
-            _check_qos(name, policy, parameter.value)
+        check_policy(name, parameter.value)
         if name.split('.')[0] in NODE_PARAMETERS:
             continue
         if name in PARAMETER_NAMES:
@@ -101,11 +86,12 @@ def declare_scene(node: Node) -> Scene:
             # A file for several nodes may rightly hold names of others.
             node.get_logger().warning(f'ignored: {unknown_name(name, list(PARAMETER_NAMES))}')
     scene = Scene.from_parameters(given)
-    memory.check(scene, memory.of_node(scene))
+    queues = Queues.of(node)
+    queues.check(scene)
     for name, value in scene.flat().items():
         descriptor = _descriptor(name, value, PARAMETER_NAMES[name])
         node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
-    return scene
+    return scene, queues
 
 
 def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
@@ -127,7 +113,7 @@ def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
     return result
 
 
-def changed_scene(scene: Scene, parameters: Iterable[Parameter]) -> Scene:
+def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: Queues) -> Scene:
     """Return `scene` with those of the parameters that are a scene's; raises ValueError."""
     changes = {
         parameter.name: parameter.value
@@ -137,7 +123,7 @@ def changed_scene(scene: Scene, parameters: Iterable[Parameter]) -> Scene:
     if not changes:
         return scene
     changed = scene.with_parameters(changes)
-    memory.check(changed, memory.of_node(changed))
+    queues.check(changed)
     return changed
 
 
