@@ -213,7 +213,11 @@ class Solver(Group):
     )
     threads: int = quantity(1, 'threads that sheets from 64 × 64 on share', low=1, high=64)
     max_tick: float = quantity(
-        0.1, 'longest wall-clock time made up in one tick', unit='s', low=1e-3, high=10.0
+        0.1,
+        'longest wall-clock time made up in one tick, but no less than 1.5 ticks',
+        unit='s',
+        low=1e-3,
+        high=10.0,
     )
     overload: str = quantity(
         'slow_motion',
