@@ -24,6 +24,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
+# The command of a process, to which its role is added.
+PEER = (sys.executable, '-m', 'reliability.peers')
 DEPTH = 5  # that of RViz
 _AT_ONCE = 10  # participants of a crowd that are there together
 

@@ -6,12 +6,14 @@ A live node for hours: its memory, its rate, its warnings.
 A curtain of 64 × 64 particles in gusts, with wind and sphere commanded from this process, which
 also subscribes to particles, markers and diagnostics.  The sphere swings through the lower edge of
 the curtain.  Once a second what the node takes is noted; at the end it is said how that changed.
+Before that, kernels are compiled and queues are full once.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import signal
 import sys
 import time
 from dataclasses import dataclass, field
@@ -21,6 +23,7 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from visualization_msgs.msg import MarkerArray
 
 from .live import OK, Live, live, lost
+from .peers import PEER
 from .record import Row, write
 
 _SCENE = ('--params-file', 'config/gust.yaml', '-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
@@ -28,6 +31,8 @@ _COMMANDS = 50.0  # Hz
 _SWING, _BREEZE = 8.0, 3.0  # s, periods of sphere and wind
 _WARM_UP = 300.0  # s, or a quarter of the whole: caches fill, the error monitor finds its window
 _PROGRESS = 60  # s
+_HANGING = 2.0  # s
+_ESTIMATE = 'error estimate, over the last [s]'
 
 # What is promised.
 GROWTH = 1.0  # MB an hour
@@ -73,6 +78,25 @@ class Soak:
         return float(memory[after][-1] - memory[after][0]), 3600 * float(slope)
 
 
+def _fill_queues(running: Live) -> None:
+    """
+    Have a subscriber hang for a while, so that the queues of DDS are full once.
+
+    What they hold is kept for the next messages.  A busy machine fills them now and then, each
+    time by some more, which would look like a leak for hours, and ends with their depth.
+    """
+    peer = running.beside(*PEER, 'subscribe')
+    try:
+        peer.wait_for_output('subscribed')
+        running.listener.spin_for(_HANGING)
+        peer.process.send_signal(signal.SIGSTOP)
+        running.listener.spin_for(_HANGING)
+        peer.process.send_signal(signal.SIGCONT)
+    finally:
+        peer.end()
+    running.recover(time.monotonic())
+
+
 def _command(running: Live, seconds: float, soak: Soak) -> None:
     """Move wind and sphere for some time, and note once a second what the node takes."""
     listener = running.listener
@@ -104,12 +128,15 @@ def _newest(running: Live) -> str:
 def run(seconds: float, *ros_arguments: str) -> Soak:
     """Run a node for some time; more ROS arguments may change its scene."""
     soak = Soak()
-    # What compiling kernels has taken and freed would hide what is taken later.
-    with live(*_SCENE, *ros_arguments):
-        pass
+    # What compiling kernels has taken and freed would hide what is taken later; the last of them
+    # are those of the error estimate.
+    with live(*_SCENE, *ros_arguments) as running:
+        reports = running.listener.reports
+        running.listener.spin_until(lambda: _ESTIMATE in reports[-1].values)
     with live(*_SCENE, *ros_arguments) as running:
         listener = running.listener
         listener.create_subscription(MarkerArray, '/cloth/markers', lambda _: None, 5, raw=True)
+        _fill_queues(running)
         listener.particles.clear()
         listener.reports.clear()
         _command(running, seconds, soak)

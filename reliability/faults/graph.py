@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import time
 
 from rcl_interfaces.srv import SetParameters
@@ -13,10 +12,9 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..live import NODE, Live, to_set
-from ..peers import LAST
+from ..peers import LAST, PEER
 from ..record import Row
 
-_PEER = (sys.executable, '-m', 'reliability.peers')
 _SOON = 30.0  # s, within which the node must be well again
 _WELL = 'full rate and real time again'
 
@@ -43,7 +41,7 @@ def stopped(running: Live, quick: bool) -> Row:
 
 def _subscriber(running: Live, quick: bool, number: int, what: str) -> Row:
     seconds = 1.0 if quick else 10.0
-    peer = running.beside(*_PEER, 'subscribe')
+    peer = running.beside(*PEER, 'subscribe')
     try:
         peer.wait_for_output('subscribed')
         before = running.node.memory
@@ -76,7 +74,7 @@ def crowd(running: Live, quick: bool) -> Row:
     """Participants that come and go, the last ten killed."""
     count = 12 if quick else 100
     before, began = running.node.memory, time.monotonic()
-    peer = running.beside(*_PEER, 'crowd', str(count))
+    peer = running.beside(*PEER, 'crowd', str(count))
     try:
         running.listener.spin_until(lambda: not peer.alive)
         ended = time.monotonic()
@@ -101,7 +99,7 @@ def flood(running: Live, quick: bool) -> Row:
     rate, seconds = 2000, 2 if quick else 10
     markers = running.listener.collect(MarkerArray, '/cloth/markers', depth=1)
     running.listener.spin_until(lambda: markers, _SOON)
-    peer = running.beside(*_PEER, 'flood', str(rate), str(seconds))
+    peer = running.beside(*PEER, 'flood', str(rate), str(seconds))
     try:
         before, used, began = running.node.memory, running.node.cpu_seconds, time.monotonic()
         running.listener.spin_until(lambda: not peer.alive)
@@ -187,7 +185,7 @@ def parameters(running: Live, quick: bool) -> Row:
 def hog(running: Live, quick: bool) -> Row:
     """As many busy processes as there are cores."""
     seconds = 2.5 if quick else 10.0
-    hogs = [running.beside(*_PEER, 'burn') for _ in range(os.cpu_count() or 1)]
+    hogs = [running.beside(*PEER, 'burn') for _ in range(os.cpu_count() or 1)]
     try:
         for each in hogs:
             each.wait_for_output('burning')
