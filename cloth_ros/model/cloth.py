@@ -10,7 +10,7 @@ from .energy import Energy, energy, largest_strain
 from .lattice import Array, flat_sheet, read_only
 from .quantity import PARAMETER_NAMES, checked_vector, refuse
 from .scene import Scene
-from .simulation import Simulation
+from .simulation import Simulation, require_scene
 from .sphere_path import SphereMotion
 
 
@@ -50,8 +50,7 @@ class Cloth(Simulation):
             A parameter that is fixed while a cloth runs differs, or `scene` is none.
 
         """
-        if not isinstance(scene, Scene):
-            raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+        require_scene(scene)
         before, after = self._scene.flat(), scene.flat()
         for name, known in PARAMETER_NAMES.items():
             if known.fixed and before[name] != after[name]:

@@ -47,6 +47,12 @@ _TIMED = LOOK_EVERY  # substeps to tell their cost from
 _ALIKE = 1e-8
 
 
+def require_scene(scene: object) -> None:
+    """Raise ValueError for what is no scene."""
+    if not isinstance(scene, Scene):
+        raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+
+
 class Simulation:
     """
     What advances; its parameters are those of a `Cloth`.
@@ -62,8 +68,7 @@ class Simulation:
     guarded = True
 
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
-        if not isinstance(scene, Scene):
-            raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+        require_scene(scene)
         memory.check(scene, memory.of_cloth(scene))
         if finer < 1:
             raise refuse('finer', finer, '1 or more', 'give a whole number')
