@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
-import os
+import hashlib
+import uuid
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -26,6 +28,10 @@ _NOT_KEPT = (
 _NO_ROOM = (
     'kernels are compiled anew at each start, for they cannot be written where they are kept: {}; '
     'make room, or set NUMBA_CACHE_DIR'
+)
+_UNREADABLE = (
+    'kernels are compiled anew, for what is kept of them in {} cannot be read: {}; remove it if '
+    'this comes again'
 )
 
 # Kernels are typed by Numba when they are compiled, not before.
@@ -57,32 +63,63 @@ def _warn(text: str) -> None:
     warnings.warn(text, stacklevel=1)
 
 
+def _reason(error: Exception) -> str:
+    """Return what went wrong, without the file, which is another one for each kernel."""
+    return getattr(error, 'strerror', None) or type(error).__name__
+
+
+@functools.cache
+def _sources() -> str:
+    """Return what stands for all sources of the model: a kernel is made of several."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.rglob('*.py')):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
 class _Cache(FunctionCache):
-    """Where the machine code of a kernel is kept for the next start, if there is room."""
+    """Where the machine code of a kernel is kept for the next start, as far as it can be."""
+
+    def __init__(self, function: Kernel) -> None:
+        super().__init__(function)  # type: ignore[no-untyped-call]
+        files: Any = self._cache_file
+        # Numba looks at the file of the kernel alone, not at what is inlined into it.
+        files._source_stamp = (files._source_stamp, _sources())
+        # It writes the index before the code it names, and numbers code from 1: after a kill in
+        # between, or beside another process, a number may be that of other code.
+        self._code = f'{files._index_name}.{{}}.nbc'
+        files._data_name = lambda _: self._code.format(uuid.uuid4().hex)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return what was kept, or None; what cannot be read is compiled anew."""
+        try:
+            return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        except Exception as error:  # of the system, of the bytes, of LLVM
+            _warn(_UNREADABLE.format(self.cache_path, _reason(error)))
+            with suppress(OSError):
+                self.flush()  # type: ignore[no-untyped-call]
+            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled; a full disk is no end."""
         try:
+            self._remove_outdated()
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
-        except OSError as error:
-            _warn(_NO_ROOM.format(error.strerror))
-            with suppress(OSError):
-                self._remove(sig, data)
+        except Exception as error:
+            _warn(_NO_ROOM.format(_reason(error)))
 
-    def _remove(self, sig: Any, data: Any) -> None:
-        # The index is written first, and what it now names may be the code of an older source.
+    def _remove_outdated(self) -> None:
         files: Any = self._cache_file
-        key = self._index_key(sig, data.codegen)  # type: ignore[no-untyped-call]
-        name = files._load_index().get(key)
-        if name is not None:
-            os.unlink(files._data_path(name))
+        if not files._load_index():  # it is that of an older source
+            for path in Path(self.cache_path).glob(self._code.format('*')):
+                path.unlink(missing_ok=True)
 
 
 def _compiled(function: Kernel, **options: Any) -> Kernel:
     """Compile with Numba, and keep what was compiled for the next start where that can be."""
     compiled: Any = numba.njit(error_model='numpy', **options)(function)
     try:
-        compiled._cache = _Cache(function)  # type: ignore[no-untyped-call]
+        compiled._cache = _Cache(function)
     except RuntimeError:  # of Numba, which finds no place for its cache
         _warn(_NOT_KEPT)
     return compiled  # type: ignore[no-any-return]
