@@ -1,17 +1,22 @@
 """The compiled kernel: how it is composed, vectorised, and shared by threads."""
 
+import gc
 import os
 import re
 import subprocess
 import sys
 import threading
+import time
+import weakref
 
 import numpy as np
 import pytest
+from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model import dynamics, team
 from cloth_ros.model.background import Background
 from cloth_ros.model.methods.steps import Block, plan
 from cloth_ros.model.substeps import dissipation_spacing
@@ -136,3 +141,58 @@ def test_dissipation_is_spaced_by_an_odd_number_and_takes_little_at_once(
     if spacing > 1:
         assert spacing * substep * viscous <= 0.5
         assert spacing * substep <= 3e-3
+
+
+FORKED = """
+import os
+from cloth_ros import Cloth, Scene
+from cloth_ros.model import team
+scene = Scene(sheet={'rows': 96, 'columns': 96}, solver={'threads': 2})
+cloth = Cloth(scene)
+cloth.advance(0.01)
+child = os.fork()
+if child == 0:
+    waiting = [tasks for each in team._teams for tasks in each._tasks]
+    cloth.advance(0.01)
+    other = Cloth(scene)
+    other.advance(0.01)
+    other.advance(0.01)
+    same = (other.positions == cloth.positions).all()
+    # Nothing was given to threads that are not there.
+    os._exit(not same or any(not tasks.empty() for tasks in waiting))
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+
+
+def test_a_forked_process_starts_threads_of_its_own():
+    found = subprocess.run(
+        [sys.executable, '-c', FORKED], capture_output=True, text=True, timeout=120, cwd=ROOT
+    )
+    assert found.stdout == '0\n', found.stdout + found.stderr
+
+
+def test_threads_keep_nothing_of_a_cloth_that_has_ended():
+    cloth = Cloth(Scene(sheet={'rows': 96, 'columns': 96}, solver={'threads': 2}))
+    cloth.advance(0.02)
+    positions = weakref.ref(cloth._dynamics._work)
+    del cloth
+    end = time.monotonic() + 10.0
+    while positions() is not None and time.monotonic() < end:
+        gc.collect()
+        time.sleep(0.01)
+    assert positions() is None
+
+
+def test_where_no_thread_can_be_had_the_others_do_the_work(monkeypatch):
+    def start(_):
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(threading.Thread, 'start', start)
+    monkeypatch.setattr(team, '_queues', [])
+    alone = team.Team(3)
+    monkeypatch.setattr(dynamics, 'team_of', lambda _: alone)
+    scene = Scene(sheet={'rows': 96, 'columns': 96})
+    cloth, other = Cloth(scene), Cloth(scene.with_parameters({'solver.threads': 3}))
+    for each in (cloth, other):
+        each.advance(0.02)
+    assert np.array_equal(cloth.positions, other.positions)

@@ -16,9 +16,11 @@ from __future__ import annotations
 
 import functools
 import itertools
+import os
 import threading
 from queue import SimpleQueue
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 from numba import types
@@ -106,12 +108,14 @@ _Task = tuple[int, Kernel, Array, Array, int, int, tuple[Any, ...]]
 # Those of all threads there are besides the callers of teams.
 _queues: list[SimpleQueue[_Task]] = []
 _growth = threading.Lock()
+_teams: WeakSet[Team] = WeakSet()
 
 
 def _work(tasks: SimpleQueue[_Task]) -> None:
     while True:
         call, kernel, posted, counters, thread, threads, arguments = tasks.get()
         kernel(posted, counters, thread, threads, *arguments)
+        del kernel, counters, arguments  # they are a cloth's, which may end while this waits
         # The next task is most likely of the same team.
         _expect(posted, call)
 
@@ -121,7 +125,10 @@ def _queues_of(count: int) -> list[SimpleQueue[_Task]]:
     with _growth:
         while len(_queues) < count:
             tasks: SimpleQueue[_Task] = SimpleQueue()
-            threading.Thread(target=_work, args=(tasks,), daemon=True).start()
+            try:
+                threading.Thread(target=_work, args=(tasks,), daemon=True).start()
+            except RuntimeError:  # there are no more to be had; any number will do
+                break
             _queues.append(tasks)
         return _queues[:count]
 
@@ -134,6 +141,11 @@ class Team:
         self._posted = np.zeros(1, np.int64)
         self._calls = itertools.count(1)  # which threads can share, as they cannot an integer
         self._tasks = _queues_of(threads - 1)
+        _teams.add(self)
+
+    def go_alone(self) -> None:
+        """Wait for no other thread from here on."""
+        self._tasks = []
 
     def run(self, kernel: Kernel, *arguments: Any) -> None:
         """Run ``kernel(posted, counters, thread, threads, *arguments)`` in all, to its end."""
@@ -149,3 +161,14 @@ class Team:
 def team_of(threads: int) -> Team:
     """Return the team of this size, which all cloths share."""
     return Team(threads)
+
+
+def _after_fork() -> None:
+    """Threads do not come along into a forked process: teams that there were go on alone."""
+    _queues.clear()
+    team_of.cache_clear()
+    for team in _teams:
+        team.go_alone()
+
+
+os.register_at_fork(after_in_child=_after_fork)
