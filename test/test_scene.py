@@ -1,4 +1,7 @@
+import array
 import math
+import os
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +79,9 @@ def test_the_defaults_are_the_contract():
         ({'wind.gust.period': 0.5}, ['wind.gust.duration', '0.5 s']),
         ({'wind.gust.direction': [0, 0, 0]}, ['wind.gust.direction', 'zero']),
         ({'sphere.radius': 1e-5}, ['sphere.radius', '0.0001']),
+        ({'solver.method': np.zeros(3)}, ['solver.method', '0.', 'position_verlet']),
+        ({'sheet.rows': Fraction(10**20 - 1, 10**20)}, ['sheet.rows', 'Fraction', '1 to 1024']),
+        ({'rate': array.array('d', [1, 2])}, ['rate is [1.0, 2.0]', 'number']),
         ({'solver.method': 'magic'}, ['solver.method', "'magic'", 'position_verlet']),
         ({'solver.substeps': 3}, ['solver.substeps', '3', 'at least']),
         ({'solver.threads': 65}, ['solver.threads', '65', '1 to 64']),
@@ -89,7 +95,7 @@ def test_the_defaults_are_the_contract():
         ({'pins': ['::00,0']}, ['pins', "'::00,0'", 'correct the row']),
         ({'pins': ['0,::٠']}, ['pins', 'correct the column']),
         ({'spring.shear': 1.0}, ["'spring.shear'", "did you mean 'springs.shear'"]),
-        ({'sheet': 4}, ['sheet', 'Sheet']),
+        ({'sheet': 4}, ['sheet is 4', 'a group of parameters']),
     ],
 )
 def test_refusals_name_the_value_the_range_and_the_remedy(changes, parts):
@@ -105,6 +111,25 @@ def test_groups_may_be_mappings_objects_or_dotted_names():
     assert Scene.from_parameters({'springs.shear': 7, 'wind': {'gust.seed': 3}}) == expected
     assert Scene(springs={'shear': 7}).springs.shear == 7.0
     assert expected.with_parameters({'wind.gust.seed': 3}) == expected
+
+
+def test_a_whole_group_replaces_what_a_scene_had():
+    scene = Scene(sheet={'rows': 7, 'columns': 8}, wind={'gust': {'period': 5.0}})
+    sheet = scene.with_parameters({'sheet': Scene(sheet={'rows': 9}).sheet}).sheet
+    assert (sheet.rows, sheet.columns) == (9, Scene().sheet.columns)
+    assert scene.with_parameters({'wind.gust': Scene().wind.gust}).wind == Scene().wind
+    sheet = scene.with_parameters({'sheet': {'rows': 9}}).sheet
+    assert (sheet.rows, sheet.columns) == (9, 8)
+
+
+@pytest.mark.parametrize('turned', [False, True])
+def test_what_is_given_in_two_places_is_all_heeded(turned):
+    two = [('wind', {'gust': {'speed': [1.0, 2.0]}}), ('wind.gust', {'period': 5.0})]
+    gust = Scene.from_parameters(dict(two[::-1] if turned else two)).wind.gust
+    assert (gust.speed, gust.period) == ((1.0, 2.0), 5.0)
+    two = [('sheet', Scene(sheet={'columns': 4}).sheet), ('sheet.rows', 8)]
+    sheet = Scene.from_parameters(dict(two[::-1] if turned else two)).sheet
+    assert (sheet.rows, sheet.columns) == (8, 4)
 
 
 def test_what_was_normalised_stays_to_the_bit():
@@ -194,3 +219,18 @@ def test_parameter_files_may_name_the_node_and_set_what_nodes_have(tmp_path):
     scene = Scene.from_yaml(path)
     assert (scene.rate, scene.drag) == (30.0, 1.0)
     assert (scene.sheet.rows, scene.sheet.columns) == (4, 6)
+
+
+@pytest.mark.parametrize('value', ['1:30', '1:' * 180 + '1.5', '1_000', '1_0.5'])
+def test_numbers_are_what_ros_reads_as_such(tmp_path, value):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(f'/**:\n  ros__parameters:\n    rate: {value}\n')
+    with pytest.raises(ValueError, match=r"rate is '1.*, but must be a number"):
+        Scene.from_yaml(path)
+
+
+def test_a_path_may_be_bytes_within(tmp_path):
+    (tmp_path / 'scene.yaml').write_text('no scene')
+    (entry,) = os.scandir(os.fsencode(tmp_path))
+    with pytest.raises(ValueError, match=r'scene\.yaml'):
+        Scene.from_yaml(entry)

@@ -8,6 +8,7 @@ descriptors and the table in the README are all derived from it.
 
 from __future__ import annotations
 
+import array
 import dataclasses
 import math
 import numbers
@@ -88,6 +89,8 @@ def one_line(text: str) -> str:
 
 def shown(value: object) -> str:
     """Return a value as an error shows it: on one line, and short."""
+    if isinstance(value, array.array):  # as rclpy gives lists of numbers
+        value = value[: _short.maxlist + 1].tolist()
     try:
         text = _short.repr(value)
     except ValueError:  # an integer of more digits than Python writes out
@@ -128,6 +131,8 @@ def _integer(name: str, value: object, known: Quantity) -> int:
     # Not int(number): a double cannot carry a large seed.
     if known.high is not None and whole > known.high:
         raise refuse(name, value, known.range_text, f'the largest is {known.high}')
+    if known.low is not None and whole < known.low:  # and a fraction just below it is rounded up
+        raise refuse(name, value, known.range_text, f'the least is {known.low}')
     return whole  # type: ignore[no-any-return]
 
 
@@ -174,7 +179,7 @@ def convert(name: str, value: object, default: object, known: Quantity) -> Any:
     if isinstance(default, float):
         return _number(name, value, known)
     if isinstance(default, str):
-        if known.choices and value not in known.choices:
+        if known.choices and not (isinstance(value, str) and value in known.choices):
             raise refuse(name, value, known.range_text, 'choose one')
         return _string(name, value)
     assert isinstance(default, tuple)
@@ -185,6 +190,25 @@ def convert(name: str, value: object, default: object, known: Quantity) -> Any:
         return tuple(_number(f'{name}[{i}]', item, known) for i, item in enumerate(items))
     strings = _items(name, value, 'strings')
     return tuple(_string(f'{name}[{i}]', item) for i, item in enumerate(strings))
+
+
+def _is_group(value: object) -> bool:
+    return isinstance(value, (Mapping, Group))
+
+
+def _merged(name: str, first: Any, second: Any) -> dict[Any, Any]:
+    """Return what two places give of one group: the later counts, but a whole one is default."""
+    for each in (first, second):
+        if not _is_group(each):
+            raise refuse(name, each, 'a group of parameters', 'nest it')
+    if isinstance(second, Group):
+        first, second = second, first
+    result = dict(vars(first) if isinstance(first, Group) else first)
+    for key, value in (vars(second) if isinstance(second, Group) else second).items():
+        if key in result and (_is_group(result[key]) or _is_group(value)):
+            value = _merged(f'{name}.{shown(key)}', result[key], value)
+        result[key] = value
+    return result
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,11 +252,8 @@ class Group:
                 raise unknown_name(cls.prefix + name, list(PARAMETER_NAMES))
             if dot:
                 value = {rest: value}
-            before = arguments.get(head)
-            if isinstance(value, Mapping) and before is not None:
-                if not isinstance(before, (Mapping, Group)):
-                    raise refuse(cls.prefix + head, before, 'a group of parameters', 'nest it')
-                value = {**(vars(before) if isinstance(before, Group) else before), **value}
+            if head in arguments:
+                value = _merged(cls.prefix + head, arguments[head], value)
             arguments[head] = value
         return cls(**arguments)
 

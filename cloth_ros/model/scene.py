@@ -286,7 +286,13 @@ class Scene(Group):
         """Return this scene with the parameters of these dotted names changed, and checked."""
         if not isinstance(changes, Mapping):
             raise refuse('the change', changes, 'a mapping of names to values', 'give one')
-        return self.from_parameters({**self.flat(), **changes})
+        whole = tuple(
+            f'{name}.'
+            for name, value in changes.items()
+            if isinstance(name, str) and isinstance(value, Group)
+        )
+        kept = {name: value for name, value in self.flat().items() if not name.startswith(whole)}
+        return self.from_parameters({**kept, **changes})
 
     def check(self) -> None:
         """Compare the groups with one another."""

@@ -40,6 +40,13 @@ class _Loader(yaml.SafeLoader):
             raise ComposerError(None, None, 'a tag; leave it out', mark)
         return super().compose_node(parent, index)
 
+    def construct_number(self, node: Any) -> Any:
+        """Return a number; 1:30 and 1_000 are none for ROS."""
+        if set(':_') & set(node.value):
+            return self.construct_yaml_str(node)
+        kind = node.tag.rpartition(':')[2]
+        return getattr(self, f'construct_yaml_{kind}')(node)
+
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         """Refuse keys that stand twice."""
         keys: set[Any] = set()
@@ -56,6 +63,8 @@ class _Loader(yaml.SafeLoader):
 _Loader.add_implicit_resolver(
     'tag:yaml.org,2002:float', re.compile(r'[-+]?\d+(\.\d*)?[eE][-+]?\d+'), list('-+0123456789')
 )
+for _kind in ('int', 'float'):
+    _Loader.add_constructor(f'tag:yaml.org,2002:{_kind}', _Loader.construct_number)
 _Loader.yaml_implicit_resolvers = {
     first: [(tag, form) for tag, form in resolvers if not tag.endswith(':timestamp')]
     for first, resolvers in _Loader.yaml_implicit_resolvers.items()
@@ -92,7 +101,7 @@ def text_of(path: str | os.PathLike[str]) -> bytes:
 
 def name_of(path: object) -> str:
     """Return a path as an error shows it."""
-    name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else ''
+    name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ''
     return name if name and name.isprintable() else shown(path)
 
 
