@@ -186,7 +186,7 @@ def test_a_sheet_set_far_away_keeps_its_shape():
 def test_what_is_no_scene_and_no_division_is_refused():
     with pytest.raises(ValueError, match=r'scene is None, but must be a cloth_ros\.Scene'):
         Cloth(SMALL).configure(None)
-    with pytest.raises(ValueError, match='finer is 0, but must be 1 or more'):
+    with pytest.raises(ValueError, match='finer is 0, but must be 1 to 1000'):
         Cloth(SMALL, finer=0)
 
 

@@ -166,3 +166,20 @@ def test_one_twin_at_most_is_in_the_making_and_a_reset_needs_no_other(monkeypatc
     monitor.observe(TICK)
     assert monitor._recording
     assert len(made) == 2
+
+
+@pytest.mark.parametrize('seconds', [math.nan, -1.0, 'long', None])
+def test_time_that_is_none_is_refused(seconds):
+    monitor = ErrorMonitor(Cloth(scene()))
+    for method in (monitor.observe, monitor.work):
+        with pytest.raises(ValueError, match='seconds is'):
+            method(seconds)
+
+
+def test_why_there_is_no_twin_is_said(monkeypatch):
+    def none(_):
+        raise MemoryError('no more')
+
+    monkeypatch.setattr(error_monitor, '_twin', none)
+    monitor = ErrorMonitor(Cloth(scene()))
+    assert monitor.report() == {'error estimate [m]': 'none can be made: MemoryError, no more'}

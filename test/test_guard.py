@@ -53,6 +53,23 @@ def test_a_crumpled_cloth_gains_no_energy(size, precision):
     assert cloth.repeats.held == cloth.repeats.damped == cloth.repeats.limited == 0
 
 
+@pytest.mark.parametrize('size', [0.1, 0.5])
+@pytest.mark.parametrize('more', [0, 1])
+def test_a_fixed_step_lets_energy_swing_as_an_oscillator_does_and_no_farther(size, more):
+    """At the longest step that is accepted, φ is 0.81, and anything had counted as a swing."""
+    stiff = {'springs.structural': 5e4, 'springs.shear': 2.5e4, 'springs.bending': 5e3}
+    scene = WEIGHTLESS.with_parameters({'rate': 600.0, **stiff})
+    least = math.ceil(1 / (600 * 0.9 * scene.stability_limit()))
+    scene = scene.with_parameters({'solver.substeps': least + more})
+    step = 1 / (600 * (least + more))
+    phase = 0.25 * step**2 * scene.rate_bounds()[0]
+    cloth = crumpled(scene, size)
+    start = cloth.energy()
+    for _ in range(300):
+        cloth.advance(1 / 60)
+        assert cloth.energy() < 1.01 * start / (1 - phase)
+
+
 @pytest.mark.parametrize('wrong', [np.nan, np.inf, 1e30])
 def test_a_state_that_is_no_good_is_made_again_from_the_last_good_one(wrong):
     cloth, other = Cloth(SMALL), Cloth(SMALL)

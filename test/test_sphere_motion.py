@@ -69,3 +69,67 @@ def test_a_depth_is_not_said_any_more_once_it_is_over(leave):
     leave(cloth)
     cloth.advance(1 / 60)
     assert cloth.sphere_depth == 0.0
+
+
+@pytest.mark.parametrize('seconds', [0.3, 0.5, 0.7])
+def test_an_advance_that_is_given_up_ends_with_a_whole_stretch(seconds):
+    """Ctrl-C in a notebook, for one: the sphere was put back to where it had set out."""
+    cloth = sheet_and_sphere()
+    cloth.move_sphere((0.0, 0.0, -1.0))
+    march = cloth.march(1.0)
+    while cloth.time < seconds:
+        next(march)
+    march.close()
+    assert seconds - 0.05 < cloth.time <= seconds + 1e-3
+    assert cloth.sphere_position[2] == pytest.approx(2.0 - 3.0 * cloth.time, abs=1e-6)
+    points = cloth.positions - np.array(cloth.sphere_position)
+    assert np.linalg.norm(points, axis=-1).min() > 0.1 - 1e-3 - cloth.sphere_depth
+    energy = cloth.energy()
+    cloth.advance(1e-3)
+    assert cloth.energy() == pytest.approx(energy, rel=0.05)
+
+
+def test_a_given_up_advance_leaves_positions_and_velocities_of_one_time():
+    cloth, other = sheet_and_sphere(), sheet_and_sphere()
+    march = cloth.march(1.0)
+    for _ in range(100):
+        next(march)
+    with pytest.raises(KeyboardInterrupt):
+        march.throw(KeyboardInterrupt)
+    other.advance(cloth.time)
+    assert np.abs(cloth.positions - other.positions).max() < 1e-5
+    assert np.abs(cloth.velocities - other.velocities).max() < 1e-3
+
+
+def test_a_sphere_in_the_sheet_is_as_large_as_there_is_room_from_the_start():
+    cloth = sheet_and_sphere(sphere__position=(0.0, 0.0, 1.0))
+    assert cloth.sphere_radius == pytest.approx(0.0, abs=1e-3)
+    cloth.advance(0.05)
+    grown = cloth.sphere_radius
+    assert grown > 0.01
+    cloth.reset()
+    assert cloth.sphere_radius < 1e-3
+    cloth.positions = cloth.positions + np.array([0.0, 5.0, 5.0])
+    assert cloth.sphere_radius == 0.1
+
+
+def test_waypoints_that_are_none_are_refused():
+    cloth = sheet_and_sphere()
+    for wrong in (np.full(3, np.nan), (0.0, 0.0, 1e30), (1.0, 2.0)):
+        with pytest.raises(ValueError, match='a waypoint'):
+            cloth.sphere_waypoints = [wrong]
+    cloth.sphere_waypoints = [(0.0, 0.0, -2.0)]
+    cloth.advance(0.1)
+    assert cloth.sphere_position == (0.0, 0.0, -2.0)
+
+
+def test_a_state_that_is_adopted_holds_still_at_other_pins():
+    free = Cloth(Scene(pins=['']))
+    free.advance(0.3)
+    pinned = Cloth(Scene(pins=['5,5'], sphere={'radius': 0.2, 'position': (0.0, 0.0, 1.0)}))
+    pinned.adopt(free)
+    before = pinned.positions[5, 5]
+    pinned.advance(1e-3)
+    assert np.array_equal(pinned.positions[5, 5], before)
+    with pytest.raises(ValueError, match='the sheet of the other cloth is'):
+        pinned.adopt(Cloth(Scene(sheet={'rows': 1, 'columns': 1})))

@@ -7,7 +7,10 @@ import threading
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from .cloth import Cloth
+from .grids import sampled
 from .scene import Scene
 from .substeps import precision_for
 
@@ -64,8 +67,10 @@ class Background(Generic[T]):
         return not self._thread.is_alive()
 
 
-def compile_for(scene: Scene) -> None:
-    """Compile the kernels of a scene, on a small piece of its sheet."""
+def compile_for(scene: Scene, spacing: int = 1) -> None:
+    """Compile the kernels of a scene, on a small piece of its sheet; see `cloth_on`."""
+    if spacing > 1:
+        sampled(np.zeros((1, 1, 1, 3)), 1, 1)
     sheet = scene.sheet
     piece = {
         'sheet.rows': min(sheet.rows, 3),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from . import memory
 from .energy import Energy, energy, largest_strain
 from .lattice import Array, flat_sheet, read_only
 from .quantity import PARAMETER_NAMES, checked_vector, refuse
@@ -32,12 +33,26 @@ class Cloth(Simulation):
         self.reset()
 
     def adopt(self, other: Cloth) -> None:
-        """Take over the state of another cloth of the same sheet, without what it was told."""
+        """
+        Take over the state of another cloth of the same sheet, without what it was told.
+
+        Raises
+        ------
+        ValueError
+            Its sheet has another number of particles.
+
+        """
+        size = (other._lattice.rows, other._lattice.columns)
+        if size != (own := (self._lattice.rows, self._lattice.columns)):
+            raise refuse('the sheet of the other cloth', size, f'of {own} particles', 'adopt such')
         self._state.copy_from(other._state)
+        self._state.velocity *= self._state.free
         self._time = other._time
         self._wind, self._sphere = other._wind, SphereMotion(other.sphere_position)
         self._forget()
-        if self._contact is not None and other._contact is not None:
+        if other._contact is None:
+            self._appear()
+        elif self._contact is not None:
             self._contact.go_on_from(other._contact)
 
     def configure(self, scene: Scene) -> None:
@@ -51,6 +66,7 @@ class Cloth(Simulation):
 
         """
         require_scene(scene)
+        memory.check(scene, memory.of_cloth(scene))
         before, after = self._scene.flat(), scene.flat()
         for name, known in PARAMETER_NAMES.items():
             if known.fixed and before[name] != after[name]:
@@ -63,6 +79,8 @@ class Cloth(Simulation):
             else:
                 self._sphere.waypoints = [np.array(scene.sphere.position)]
         self._build(scene)
+        if self._contact is not None:
+            self._contact.find_room(self._state)
 
     def reset(self) -> None:
         """Go back to the initial state: sheet, wind, sphere and time."""
@@ -77,10 +95,8 @@ class Cloth(Simulation):
         self._substeps = 0
         self._wind = np.array(self._scene.wind.velocity)
         self._sphere = SphereMotion(self._scene.sphere.position)
-        if self._contact is not None:
-            self._contact.centre = self._sphere.centre
-            self._contact.appear()
         self._forget()
+        self._appear()
 
     @property
     def positions(self) -> Array:
@@ -91,8 +107,7 @@ class Cloth(Simulation):
     def positions(self, value: Array) -> None:
         self._state.world = self._lattice.checked('positions', value)
         self._forget()
-        if self._contact is not None:
-            self._contact.appear()
+        self._appear()
 
     @property
     def velocities(self) -> Array:
@@ -163,12 +178,14 @@ class Cloth(Simulation):
 
     @property
     def sphere_waypoints(self) -> list[Array]:
-        """Positions commanded since the last advance, m, which the sphere passes in the next."""
+        """Positions commanded since the last advance, m, passed in the next; assign to set."""
         return list(self._sphere.waypoints)
 
     @sphere_waypoints.setter
-    def sphere_waypoints(self, waypoints: Sequence[Array]) -> None:
-        self._sphere.waypoints = list(waypoints)  # as another cloth has accepted them
+    def sphere_waypoints(self, waypoints: Sequence[Sequence[float]] | Sequence[Array]) -> None:
+        self._sphere.waypoints = [
+            checked_vector('a waypoint', list(point), 'sphere.position') for point in waypoints
+        ]
 
     @property
     def sphere_depth(self) -> float:

@@ -117,8 +117,7 @@ def take_over(cloth: Cloth, other: Cloth) -> None:
     grid(state.position)[...] = np.where(cloth._scene.pinned() & near, flat, there)
     grid(state.velocity)[...] = grid(state.free) * _on_grid_of(cloth, before.speeds)
     cloth._forget()
-    if cloth._contact is not None:
-        cloth._contact.appear()
     cloth._time, cloth._wind, cloth._sphere = other._time, other._wind, other._sphere
+    cloth._appear()
     cloth._done, cloth._repeats = other._done, other._repeats
     cloth._guard.repeats = other._repeats

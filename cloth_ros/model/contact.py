@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from .compile import exact, reduction
+from .broad_phase import find_cells, gather
+from .compile import exact
 from .lattice import Array, Lattice
 from .scene import Sphere
 from .state import State, greatest_speed
@@ -41,142 +42,6 @@ _INSIDE = 10
 # Speed, m/s, at which a sphere grows that has appeared in the sheet, and what it begins with, m.
 GROWTH = 1.0
 _SMALLEST = 1e-4
-
-
-@reduction
-def _row_bounds(position, velocity, first, columns, h, out):  # type: ignore[no-untyped-def]
-    """Write the bounds of a row over the substep that has just ended, and its speed squared."""
-    for axis in range(3):
-        low, high = position[axis, first], position[axis, first]
-        for i in range(np.uint64(first), np.uint64(first + columns)):
-            after = position[axis, i]
-            before = after - h * velocity[axis, i]
-            low = min(low, min(before, after))
-            high = max(high, max(before, after))
-        out[axis], out[3 + axis] = low, high
-    greatest = velocity.dtype.type(0)
-    for i in range(np.uint64(first), np.uint64(first + columns)):
-        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        greatest = max(greatest, u * u + v * v + w * w)
-    out[6] = greatest
-
-
-@exact
-def _distance(bounds, low, high):  # type: ignore[no-untyped-def]
-    """Return the distance between two boxes; `bounds` is one, low x y z, then high x y z."""
-    total = 0.0
-    for axis in range(3):
-        apart = max(bounds[axis] - high[axis], low[axis] - bounds[3 + axis], 0.0)
-        total += apart * apart
-    return np.sqrt(total)
-
-
-@exact
-def find_cells(  # type: ignore[no-untyped-def]
-    position, velocity, begin, stride, rows, columns, h, low, high, radius, sphere_speed, cells
-):
-    """
-    Find the cells that may touch the sphere in the substep of `h` s that has just ended.
-
-    Parameters
-    ----------
-    position, velocity
-        Flat arrays after the substep.
-    low, high
-        Bounds of the path of the sphere's centre, m, shape (3,).
-    radius, sphere_speed
-        m and m/s.
-    cells
-        Receives row × columns + column of each cell found.
-
-    Returns
-    -------
-    (int, float)
-        Number of cells found, and the least distance from the sphere to any row, m.
-
-    """
-    down, across = min(rows - 1, 1), min(columns - 1, 1)
-    bounds = np.empty((2, 7))
-    single = np.empty(7, position.dtype)
-    merged, box = np.empty(7), np.empty(6)
-    count, clearance = 0, np.inf
-    _row_bounds(position, velocity, begin, columns, h, single)
-    bounds[0] = single
-    for row in range(max(rows - 1, 1)):
-        upper, lower = row % 2, (row + down) % 2
-        _row_bounds(position, velocity, begin + (row + down) * stride, columns, h, single)
-        bounds[lower] = single
-        for axis in range(3):
-            merged[axis] = min(bounds[upper, axis], bounds[lower, axis])
-            merged[3 + axis] = max(bounds[upper, 3 + axis], bounds[lower, 3 + axis])
-        # What is pushed in the sweep may leave its bounds by as much as it moves.
-        speed = np.sqrt(max(bounds[upper, 6], bounds[lower, 6])) + sphere_speed
-        reach = radius + h * speed
-        distance = _distance(merged, low, high)
-        clearance = min(clearance, distance - reach)
-        if distance > reach:
-            continue
-        for column in range(max(columns - 1, 1)):
-            i = begin + row * stride + column
-            for axis in range(3):
-                box[axis], box[3 + axis] = np.inf, -np.inf
-                for j in (i, i + across, i + down * stride, i + down * stride + across):
-                    after = np.float64(position[axis, j])
-                    before = after - h * np.float64(velocity[axis, j])
-                    box[axis] = min(box[axis], before, after)
-                    box[3 + axis] = max(box[3 + axis], before, after)
-            if _distance(box, low, high) <= reach:
-                cells[count] = row * columns + column
-                count += 1
-    return count, clearance
-
-
-@exact
-def gather(cells, count, begin, stride, rows, columns, particles, local):  # type: ignore[no-untyped-def]
-    """
-    List the particles and the triangles of the found cells.
-
-    Parameters
-    ----------
-    cells, count
-        From `find_cells`.
-    particles
-        Receives the flat index of each particle once.
-    local
-        Scratch, shape (size,), all -1 before and after.
-
-    Returns
-    -------
-    (int, array of int32, shape (triangles, 3))
-        Number of particles, and the corners of the triangles as indices into them.
-
-    """
-    down, across = min(rows - 1, 1), min(columns - 1, 1)
-    whole = down + across == 2
-    triangles = np.empty((count * (4 if whole else 1), 3), np.int32)
-    number = 0
-    corner = np.empty(4, np.int32)
-    for n in range(count):
-        i = begin + cells[n] // columns * stride + cells[n] % columns
-        for k in range(4):
-            j = i + (k // 2) * down * stride + (k % 2) * across
-            if local[j] < 0:
-                local[j] = number
-                particles[number] = j
-                number += 1
-            corner[k] = local[j]
-        if whole:
-            for k in range(4):  # each triangle leaves out one corner
-                triangles[4 * n + k, 0] = corner[(k + 1) % 4]
-                triangles[4 * n + k, 1] = corner[(k + 2) % 4]
-                triangles[4 * n + k, 2] = corner[(k + 3) % 4]
-        else:
-            triangles[n, 0] = corner[0]
-            triangles[n, 1] = corner[3]
-            triangles[n, 2] = corner[3]
-    for n in range(number):
-        local[particles[n]] = -1
-    return number, triangles
 
 
 @exact
@@ -215,6 +80,10 @@ def _store(position, velocity, particles, end, drift, points, speeds, moves, lea
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = speeds[n, axis] + drift[axis]
     return (u, v, w), (x, y, z)
+
+
+# Centre, radius, and greatest depth of a triangle, m.
+Placing = tuple[Array, float, float]
 
 
 class SphereContact:
@@ -267,9 +136,14 @@ class SphereContact:
         if other._radius == self._radius:
             self.radius, self._new = other.radius, other._new
 
-    def go_back(self, centre: Array, radius: float) -> None:
+    @property
+    def placing(self) -> Placing:
+        """Where the sphere is now."""
+        return self.centre, self.radius, self.deepest
+
+    def go_back(self, placing: Placing) -> None:
         """Return to where the sphere was."""
-        self.centre, self.radius = centre, radius
+        self.centre, self.radius, self.deepest = placing
         self._clearance = 0.0
 
     def take_work(self) -> float:
@@ -278,8 +152,9 @@ class SphereContact:
 
         Seen from the sphere, contact adds no energy; seen from the world, an impulse J then adds
         u·J at most, with u the velocity of the sphere, and what it lifts against gravity in a
-        substep that is too long for an impulse to tell.  What a sphere does that grows, or that
-        the sheet cannot get out of the way of, is not known: it is given as infinite.
+        substep that is too long for an impulse to tell.  What a sphere does that grows in touch
+        with the sheet, or that the sheet cannot get out of the way of, is not known: it is given
+        as infinite.
         """
         work, self._work, self.touched = self._work, 0.0, False
         return work
@@ -303,16 +178,17 @@ class SphereContact:
         end = start + h * self.velocity
         self.centre = self.centre + h * self.velocity
         before = self.radius
-        if before < self._radius:
+        growing = before < self._radius
+        if growing:
             self.radius = min(before + h * GROWTH, self._radius)
-            self._work = math.inf
         sphere_speed = float(np.linalg.norm(self.velocity))
         self._clearance -= h * (greatest_speed(state) + sphere_speed)
         self.deepest = 0.0
         if self._clearance > 0:
             return
         count, self._clearance = self._find(state, h, start, end)
-        if count and self._sweep(state, h, start, end, count) and self.deepest > 0.0:
+        forced = count > 0 and self._sweep(state, h, start, end, count, growing)
+        if forced and self.deepest > 0.0:
             # What has to be forced out of the way makes room as it can.
             self.radius = max(before, self.radius - self.deepest)
 
@@ -365,7 +241,9 @@ class SphereContact:
         )
         return self._particles[:number], triangles
 
-    def _sweep(self, state: State, h: float, start: Array, end: Array, count: int) -> bool:
+    def _sweep(
+        self, state: State, h: float, start: Array, end: Array, count: int, growing: bool
+    ) -> bool:
         """Carry the sphere past the found cells; return whether it forced its way."""
         particles, triangles = self._gather(count)
         number = len(particles)
@@ -382,7 +260,8 @@ class SphereContact:
                 *fields, particles, end, self.velocity, points, speeds, moves, least
             )
             work = float(self.velocity @ np.array(impulse))
-            self._work += math.inf if forced else work + max(-float(self._gravity @ lifted), 0.0)
+            work += max(-float(self._gravity @ lifted), 0.0)
+            self._work += math.inf if forced or growing else work
         return bool(forced)
 
 

@@ -13,6 +13,7 @@ This says nothing of errors that the twin shares: those of the model and of the 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ import numpy as np
 from .background import Background
 from .cloth import Cloth
 from .lattice import Array
+from .quantity import checked_number, one_line
 from .scene import Scene
 from .substeps import method_for
 
@@ -104,19 +106,23 @@ class ErrorMonitor:
         scene = self._cloth.scene
         if self._coming is None and self._of is not scene:
             self.forget()
-            self._of, self._twin = scene, None
+            self._of, self._twin, self._why_none = scene, None, 'not yet sampled'
             double = scene.with_parameters({'solver.precision': 'double'})
             self._coming = Background(lambda: _twin(double))
             if not self._background:
                 self._coming.wait()
         if self._coming is not None and self._coming.done:
-            self._twin, self._coming = self._coming.made, None
+            self._twin, error, self._coming = self._coming.made, self._coming.error, None
+            if error is not None:
+                self._why_none = (
+                    f'none can be made: {type(error).__name__}, {one_line(str(error))}'
+                )
         return self._twin if self._of is scene else None
 
     def report(self) -> dict[str, object]:
         """Return the estimate by name and unit."""
         if self.estimate is None:
-            return {'error estimate [m]': 'not yet sampled'}
+            return {'error estimate [m]': self._why_none}
         return {
             'error estimate [m]': self.estimate.largest,
             'error estimate, root mean square [m]': self.estimate.rms,
@@ -139,14 +145,15 @@ class ErrorMonitor:
 
         A window in which an advance went by without that is given up.
         """
+        seconds = checked_number('seconds', seconds, 0.0, math.inf, 's')
         cloth, twin = self._cloth, self._twin_now()
         if twin is None:
             return
         if self._recording and cloth.time != self._ahead:
             self.forget()
         if not self._recording and self._goal is None:
+            self.forget()  # which ends the march of the twin, before it is set
             twin.adopt(cloth)
-            self.forget()
             self._recording = True
             self._began = time.perf_counter()
         if self._recording and self._recorded > 0 and self._recorded >= self._window:
@@ -164,10 +171,12 @@ class ErrorMonitor:
 
         A substep is never divided: what it takes too long is taken off the next calls.
         """
+        if seconds != math.inf:  # which is as long as there is something to do
+            seconds = checked_number('seconds', seconds, 0.0, math.inf, 's')
         twin = self._twin_now()
         if twin is None:
             return
-        self._credit = min(self._credit + seconds, max(seconds, 0.0) * 20)
+        self._credit = min(self._credit + seconds, 20 * seconds)
         start = time.perf_counter()
         while self._credit > time.perf_counter() - start:
             if next(self._march, self) is not self:

@@ -126,11 +126,16 @@ class Guard:
             self._least += _SLOW * sheet.mass * sheet.diagonal**2
         self._tolerance = _TOLERANCE
         if scene.solver.substeps:
-            # The step is as the user wants it, and so is what the method makes of an oscillator.
+            # The step is as the user wants it, and so is what the method makes of an oscillator:
+            # energy E / (1 − φ), which is φ of itself more than E.
             step = 1 / (scene.rate * scene.solver.substeps)
-            phase = 0.25 * step**2 * scene.rate_bounds()[0]
-            self._tolerance = max(_TOLERANCE, phase / (1 - phase))
+            self._tolerance = max(_TOLERANCE, 0.25 * step**2 * scene.rate_bounds()[0])
         self._good: tuple[Array, Array, Array] | None = None
+
+    @property
+    def has_state(self) -> bool:
+        """True if there is a last good state."""
+        return self._good is not None
 
     def forget(self) -> None:
         """Take the present state for good: it was set from outside."""
@@ -181,7 +186,8 @@ class Guard:
         if not self._excess(end, work, tolerance) <= 0.0:  # NaN is no good either
             return False
         if touched:
-            work = max(work, end.total - self._budget)
+            most = work + _TOUCHED * self._turnover(end, work) + self._least
+            work = max(work, min(end.total - self._budget, most))
         self.work = work
         self._budget += work
         self._budget -= _FORGETTING * max(self._budget - end.total, 0.0)
@@ -194,9 +200,12 @@ class Guard:
 
     def _excess(self, end: Energy, work: float, tolerance: float) -> float:
         """Return the energy that is too much, J; what the tolerance allows is not."""
-        turnover = max(self._now.motion, end.motion) + abs(work) + self._fall
-        allowed = self._budget + work + tolerance * turnover + self._least
+        allowed = self._budget + work + tolerance * self._turnover(end, work) + self._least
         return end.total - allowed
+
+    def _turnover(self, end: Energy, work: float) -> float:
+        """Return the energy that the stretch has turned over, J."""
+        return max(self._now.motion, end.motion) + abs(work) + self._fall
 
     def divide(self, division: int) -> None:
         """Divide substeps from here on, until stretches have been good for a while."""

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import contact, memory
-from .contact import SphereContact
+from .contact import Placing, SphereContact
 from .dynamics import Dynamics
 from .guard import DAMPED_DIVISION, DIVISIONS, STRETCH, Guard, Repeats
 from .gusts import Gusts
@@ -24,7 +24,7 @@ from .lattice import Array, Lattice
 from .methods import Method
 from .methods.damped_euler import DampedEuler
 from .methods.steps import Block, Stepping
-from .quantity import checked_number, refuse
+from .quantity import Quantity, checked_number, convert, refuse
 from .scene import Scene
 from .sphere_path import SphereMotion
 from .state import State, greatest_speed
@@ -41,6 +41,7 @@ from .substeps import (
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
 _LONGEST = 1e6  # s, of one advance
+_FINER = Quantity('divides every substep', low=1, high=1000)
 _TIMED = LOOK_EVERY  # substeps to tell their cost from
 # Share by which substeps may differ and be made alike: times are rounded, and each other length
 # would have its own tables.
@@ -70,10 +71,8 @@ class Simulation:
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
         require_scene(scene)
         memory.check(scene, memory.of_cloth(scene))
-        if finer < 1:
-            raise refuse('finer', finer, '1 or more', 'give a whole number')
-        self._finer = finer
-        self._look = LOOK_EVERY if finer == 1 else 1  # twins run in pauses, which are short
+        self._finer: int = convert('finer', finer, 1, _FINER)
+        self._look = LOOK_EVERY if self._finer == 1 else 1  # twins run in pauses, which are short
         self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
         self._state = State(self._lattice, _DTYPES[precision_for(scene)])
         self._wind = np.zeros(3)
@@ -171,19 +170,32 @@ class Simulation:
         """
         Advance as `advance` does, but pause after each substep for whoever iterates.
 
-        The cloth must be left alone until the iteration is over; positions and velocities do not
-        belong to one time before.
+        The cloth must be left alone until the iteration is over or closed; positions and
+        velocities do not belong to one time before.  Closed half-way, it ends with the last
+        stretch of substeps that was whole.
         """
-        seconds = checked_number('seconds', seconds, 0.0, _LONGEST, 's')
+        return self._march(checked_number('seconds', seconds, 0.0, _LONGEST, 's'))
+
+    def _march(self, seconds: float) -> Iterator[None]:
         if self._time + seconds == self._time:  # nothing, or less than what time resolves
             return
         if self._contact is not None:
             if self._sphere.jump(seconds):
-                self._contact.appear()
+                self._appear()
             self._contact.centre = self._sphere.centre
-            self._contact.find_room(self._state)
             self._sphere.begin(self._time, seconds)
         self._substeps = 0
+        try:
+            yield from self._stretches(seconds)
+        except BaseException:  # given up half-way: so is the path of the sphere
+            if self._contact is not None:
+                self._sphere.centre = self._contact.centre
+            raise
+        if self._contact is not None:
+            self._sphere.end()
+
+    def _stretches(self, seconds: float) -> Iterator[None]:
+        """Simulate stretch after stretch, cut where the air changes."""
         end = self._time + seconds
         while self._time < end:
             begin, change = self._time, end
@@ -198,16 +210,15 @@ class Simulation:
             for first in range(0, count, STRETCH):
                 yield from self._stretch(min(STRETCH, count - first), h)
             self._time = change
-        if self._contact is not None:
-            self._sphere.end()
 
     def _stretch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps, and again in the ways of `guard` if they were no good."""
         if not self.guarded:
             yield from self._run(self._method, count, h, 1)
             return
-        guard, method, begin = self._guard, self._method, self._mark()
+        guard, method = self._guard, self._method
         guard.open(self._state)
+        begin = self._begin = self._mark()
         for division in DIVISIONS:
             if division < guard.division:
                 continue
@@ -248,7 +259,12 @@ class Simulation:
         self, method: Method | Stepping, count: int, h: float, division: int
     ) -> Iterator[None]:
         blocks = self._blocks(count, h, division)
-        yield from method.run(self._state, blocks, self._moved, self._watched)
+        try:
+            yield from method.run(self._state, blocks, self._moved, self._watched)
+        except BaseException:  # Ctrl-C, or whoever iterates has closed: within a substep
+            if self.guarded and self._guard.has_state:
+                self._go_back(self._begin)
+            raise
 
     def _damped(self, h: float) -> Stepping:
         """
@@ -260,19 +276,24 @@ class Simulation:
         dtype, scene = self._state.dtype, self._scene
         return DampedEuler(Dynamics(scene, self._lattice, self._air, dtype, more_drag=drag))
 
-    def _mark(self) -> tuple[float, Array, float]:
-        """Return the time, and centre and radius of the sphere."""
-        if self._contact is None:
-            return self._time, np.zeros(3), 0.0
-        return self._time, self._contact.centre, self._contact.radius
+    def _appear(self) -> None:
+        """Have the sphere be where it is told to, as large as the sheet leaves room for."""
+        if self._contact is not None:
+            self._contact.centre = self._sphere.centre
+            self._contact.appear()
+            self._contact.find_room(self._state)
 
-    def _go_back(self, mark: tuple[float, Array, float]) -> None:
+    def _mark(self) -> tuple[float, Placing | None]:
+        """Return the time, and where and how large the sphere is."""
+        return self._time, None if self._contact is None else self._contact.placing
+
+    def _go_back(self, mark: tuple[float, Placing | None]) -> None:
         """Return to the last good state, and to what was marked with it."""
         self._guard.go_back(self._state)
         self._take_work()
-        self._time = mark[0]
-        if self._contact is not None:
-            self._contact.go_back(*mark[1:])
+        self._time, placing = mark
+        if self._contact is not None and placing is not None:
+            self._contact.go_back(placing)
 
     def _take_work(self) -> float:
         """Return the work of air and sphere since the last call, J; inf: any."""
