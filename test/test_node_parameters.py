@@ -11,7 +11,7 @@ from rcl_interfaces.srv import (
     GetParameters,
     SetParametersAtomically,
 )
-from ros_messages import FLOATING, numbers, regular, set_parameters, stamp
+from ros_messages import FLOATING, diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 from cloth_ros.model import Scene, memory
@@ -72,6 +72,39 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
     request.parameters += to_set({'solver.substeps': 0}).parameters
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert both.successful, both.reason
+
+
+REFUSED = [
+    ({'rate': 0.0}, ['rate is 0.0', '1 to 1000 Hz', 'nearest']),
+    ({'rate': 'fast'}, ["rate is 'fast'", 'a number']),
+    ({'gravity': [1.0, 2.0]}, ['gravity is [1.0, 2.0]', '3 numbers']),
+    ({'sheet.rows': 8}, ['sheet.rows is 8', '32, as the node was started', 'start the node']),
+    ({'sheet.size': [1.0, 3.0]}, ['sheet.size is [1.0, 3.0]', 'as the node was started']),
+    (
+        {'qos_overrides./cloth/particles.publisher.depth': 7},
+        ['depth is 7', 'but must be 3', 'start the node'],
+    ),
+]
+
+
+def test_refusals_name_the_value_the_range_and_the_remedy_and_are_counted(start_cloth, probe):
+    depth = 'qos_overrides./cloth/particles.publisher.depth'
+    start_cloth('-p', f'{depth}:=3')
+    for changes, parts in REFUSED:
+        (result,) = probe.set_parameters_of_cloth(changes)
+        assert not result.successful
+        for part in parts:
+            assert part in result.reason
+    assert diagnosis(probe)['rejected parameters'] == str(len(REFUSED))
+
+
+def test_what_was_dumped_from_a_node_can_be_loaded_again(start_cloth, probe):
+    start_cloth()
+    scene = Scene().flat()
+    values = {name: list(v) if isinstance(v, tuple) else v for name, v in scene.items()}
+    results = probe.set_parameters_of_cloth(values)
+    assert [result.reason for result in results if not result.successful] == []
+    assert len(results) == len(scene)
 
 
 def test_of_several_set_one_by_one_a_refusal_leaves_the_others(start_cloth, probe):

@@ -1,5 +1,7 @@
 """How accuracy is given up, and taken up again."""
 
+import math
+
 import pytest
 
 from cloth_ros import Scene
@@ -93,3 +95,24 @@ def test_a_fixed_number_of_substeps_is_given_up_as_well():
     overload = Overload(ASKED.with_parameters({'solver.substeps': 5000}))
     assert overload.relax(1.0)
     assert overload.level.scene.solver.substeps == 0
+
+
+def test_levels_that_would_take_too_many_substeps_are_left_out():
+    """With a tolerance as small as this, such a sheet is accepted with fixed substeps only."""
+    scene = ASKED.with_parameters(
+        {
+            'rate': 1.0,
+            'sheet.size': [1000.0, 1000.0],
+            'sheet.mass': 1e-3,
+            'springs.structural': 1e4,
+            'solver.tolerance': 1.0,
+        }
+    )
+    least = math.ceil(1 / (scene.rate * 0.9 * scene.stability_limit()))
+    scene = scene.with_parameters({'solver.substeps': least, 'solver.tolerance': 1e-6})
+    with pytest.raises(ValueError, match=r'solver\.tolerance'):
+        scene.with_parameters({'solver.substeps': 0})
+    overload = Overload(scene)
+    assert overload.level.scene is scene
+    assert overload.relax(1e3)
+    assert overload.level.spacing > 1

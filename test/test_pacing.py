@@ -15,7 +15,7 @@ elapsed_times = st.lists(st.floats(-0.5, 0.5), min_size=1, max_size=200)
 def test_time_is_simulated_pending_or_lost_and_nothing_else(elapsed, substep, max_tick, cost):
     pacing, simulated = Pacing(), 0.0
     for seconds in elapsed:
-        count = pacing.due(seconds, substep, TICK, max_tick)
+        count = pacing.due(seconds, substep, TICK, max_tick, TICK)
         assert count >= 0
         if count:
             pacing.done(count, substep, count * cost)
@@ -30,7 +30,7 @@ def test_jitter_does_not_add_up():
     substep = TICK / 44
     for n in range(6000):
         jitter = 0.003 if n % 2 else -0.003
-        count = pacing.due(TICK + jitter, substep, TICK, 0.1)
+        count = pacing.due(TICK + jitter, substep, TICK, 0.1, TICK)
         pacing.done(count, substep, 1e-4)
         total += count
     assert abs(total - 6000 * 44) <= 44
@@ -42,7 +42,7 @@ def test_jitter_does_not_add_up():
 def test_one_substep_a_tick_is_one_at_every_tick():
     pacing = Pacing()
     for n in range(1000):
-        count = pacing.due(TICK + (2e-4 if n % 3 else -4e-4), TICK, TICK, 0.1)
+        count = pacing.due(TICK + (2e-4 if n % 3 else -4e-4), TICK, TICK, 0.1, TICK)
         assert count == 1
         pacing.done(count, TICK, 1e-4)
 
@@ -50,7 +50,7 @@ def test_one_substep_a_tick_is_one_at_every_tick():
 def test_what_is_expected_bounds_the_first_tick():
     pacing = Pacing()
     pacing.expect(1e-3)
-    assert pacing.due(0.1, 1e-6, TICK, 0.1) == 13
+    assert pacing.due(0.1, 1e-6, TICK, 0.1, TICK) == 13
 
 
 def test_an_overloaded_machine_keeps_the_ticks_and_loses_time():
@@ -58,7 +58,7 @@ def test_an_overloaded_machine_keeps_the_ticks_and_loses_time():
     cost = 2 * substep  # twice as slow as real time
     elapsed = TICK
     for _ in range(300):
-        count = pacing.due(elapsed, substep, TICK, 0.1)
+        count = pacing.due(elapsed, substep, TICK, 0.1, TICK)
         wall = count * cost
         pacing.done(count, substep, wall)
         elapsed = max(wall, TICK)
@@ -72,7 +72,7 @@ def test_an_overloaded_machine_keeps_the_ticks_and_loses_time():
 def test_a_stall_is_made_up_as_far_as_allowed():
     pacing, substep = Pacing(), TICK / 10
     pacing.done(1, substep, 1e-6)
-    assert pacing.due(10.0, substep, TICK, 0.1) == 60
+    assert pacing.due(10.0, substep, TICK, 0.1, TICK) == 60
     assert pacing.lost == pytest.approx(9.9, abs=2 * substep)
 
 
@@ -85,7 +85,7 @@ def test_ordinary_ticks_lose_no_time_however_long_they_are(rate, lateness, max_t
     for share in lateness:  # of a tick, that this one is late, or early
         elapsed = tick + (share - late) * tick
         late = share
-        count = pacing.due(elapsed, tick / 20, tick, max_tick)
+        count = pacing.due(elapsed, tick / 20, tick, max_tick, tick)
         if count:
             pacing.done(count, tick / 20, 1e-4)
     assert pacing.lost == 0
@@ -95,7 +95,7 @@ def test_ordinary_ticks_lose_no_time_however_long_they_are(rate, lateness, max_t
 
 def test_a_report_without_a_tick_keeps_the_factor():
     pacing = Pacing()
-    pacing.done(pacing.due(1.0, 0.1, 1.0, 0.1), 0.1, 1e-4)
+    pacing.done(pacing.due(1.0, 0.1, 1.0, 0.1, 1.0), 0.1, 1e-4)
     assert pacing.take_report()[0] == pytest.approx(1.0)
     assert pacing.take_report()[0] == pytest.approx(1.0)
 
@@ -148,3 +148,10 @@ def test_a_clock_that_only_jumps_is_told_of(start_cloth, probe):
 
     start_cloth(use_sim_time='true')
     spin_under_clock(probe, 2.0, told)
+
+
+@pytest.mark.parametrize('step', [0.1, 0.2, 0.5])
+def test_a_clock_that_comes_rarely_is_followed_in_full(start_cloth, probe, step):
+    """What was beyond solver.max_tick was called slow motion, on an idle machine."""
+    start_cloth(use_sim_time='true')
+    spin_under_clock(probe, step, well)

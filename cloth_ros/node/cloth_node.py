@@ -5,16 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock
-from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
@@ -35,16 +30,21 @@ from .outputs import Output, States
 from .overload import Level, Overload
 from .pacing import Pacing
 from .parameters import SafeParameterService, changed_scene, declare_scene, typed
-from .queues import DEPTH
-from .rejections import WARNING_EVERY, Rejections
+from .queues import overridable
+from .rejections import SELDOM, Rejections
 from .solution import solution
 from .tick_times import TickTimes
+from .ticking import Tick, Ticking
 
-_JUMP = 1.0  # s, from which on a step of /clock is taken for a jump, but for slow ticks:
-_JUMP_TICKS = 3  # periods that are none
 _OVERDUE = 2  # periods without a tick that are too many
+_LONGEST_PAUSE = 1.0  # s, of which there is a share for the error estimate
 _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
-_AT_ONCE = 0.1  # s, to wait for kernels before the cloth goes on without them
+# To wait for kernels before the cloth goes on without them, s: with a tick, no time is lost.
+_AT_ONCE = 0.03
+
+
+def _reason(error: BaseException) -> str:
+    return f'{type(error).__name__}: {one_line(str(error))}'
 
 
 class ClothNode(SafeClockNode):
@@ -57,7 +57,9 @@ class ClothNode(SafeClockNode):
             start_parameter_services=False,
         )
         scene, self._queues = declare_scene(self)
-        self._parameter_service = SafeParameterService(self)
+        self._parameter_service = SafeParameterService(
+            self, self._check, lambda: self._rejections.count('parameters')
+        )
         self._log = self.get_logger()
         self._rejections = Rejections(self._log)
         self._log.info('kernels that were never compiled on this machine take some seconds each')
@@ -72,38 +74,34 @@ class ClothNode(SafeClockNode):
         self._monitor = ErrorMonitor(self._cloth, background=True)
         self._asked = scene
         self._coming: Background[None] | None = None
+        self._coming_level: Background[None] | None = None
         self._next = scene
         self._not_made: Scene | None = None
         self._may_adopt = True
         self._unsaid = False
         self._paused = False
-        self._timer: Any = None
+        self._ticking = Ticking(self, self._tick)
         self._repeats = Repeats()
         self._ticks, self._jumps, self._jump = 0, 0, 0.0
         self._times = TickTimes()
         self._frames = Frames(self, scene.frame_id)
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
 
         self._states = States(self, scene)
         self._diagnostics = Output(self, DiagnosticArray, '/diagnostics')
-        self._subscribe(Vector3Stamped, 'wind', self._on_wind)
-        self._subscribe(PoseStamped, 'sphere_pose', self._on_sphere_pose)
+        self.create_subscription(Vector3Stamped, 'wind', self._on_wind, **overridable())
+        self.create_subscription(PoseStamped, 'sphere_pose', self._on_sphere_pose, **overridable())
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.add_pre_set_parameters_callback(typed)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
-        reports = self.create_timer(1.0, self._publish_diagnostics, clock=self._steady)
+        steady = self._ticking.steady
+        reports = self.create_timer(1.0, self._publish_diagnostics, clock=steady)
         wake_after_steps(reports)
-        Namesakes(self, self._steady)
+        Namesakes(self, steady)
         self._start_ticking()
         self._greet()
-
-    def _subscribe(self, kind: type, topic: str, callback: Callable[..., None]) -> None:
-        overridable = QoSOverridingOptions.with_default_policies()
-        qos = QoSProfile(depth=DEPTH)  # its own each: rclpy writes the overrides into it
-        self.create_subscription(kind, topic, callback, qos, qos_overriding_options=overridable)
 
     def _greet(self) -> None:
         scene = self._cloth.scene
@@ -120,52 +118,37 @@ class ClothNode(SafeClockNode):
     # The clock
 
     def _start_ticking(self) -> None:
-        """
-        Make the timer of the ticks, anew when the rate or the clock changes.
-
-        A wall-clock timer follows the steady clock, which no one sets back; with simulated time
-        it follows /clock.
-        """
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-        simulated = self.get_parameter('use_sim_time').value
-        self._ticking = self.get_clock() if simulated else self._steady
-        period = 1.0 / self._cloth.scene.rate
-        self._last = self._ticking.now().nanoseconds
-        self._stamp = self.get_clock().now().nanoseconds
-        self._states.restart_clock()
-        self._paid = self._steady.now().nanoseconds
-        self._timer = self.create_timer(period, self._tick, clock=self._ticking)
+        if self._ticking.start(self._cloth.scene.rate):
+            self._stamp = self.get_clock().now().nanoseconds
+            self._states.restart_clock()
 
     def _tick(self) -> None:
         self._may_adopt = True
         self._follow_parameters()
-        now, stamp = self._ticking.now().nanoseconds, self.get_clock().now().nanoseconds
-        elapsed, last = (now - self._last) * 1e-9, self._last
-        self._last = now
+        self._follow_overload()
+        self._start_ticking()  # anew if the rate has changed
+        tick, stamp = self._ticking.tick(), self.get_clock().now().nanoseconds
         self._ticks += 1
-        longest = max(_JUMP, _JUMP_TICKS / self._cloth.scene.rate)
-        if self._ticking is not self._steady and (last == 0 or not 0 <= elapsed <= longest):
-            # The first /clock, or a jump: that time was never there.
-            self._jumps, self._jump = self._jumps + 1, elapsed
-            elapsed = 0.0
+        if tick.jump is not None:
+            self._jumps, self._jump = self._jumps + 1, tick.jump
             self._states.restart_clock()
+            if tick.jump < 0:
+                self._frames.forget()
         if self._paused:
             self._pacing.forget()
         else:
-            self._simulate(elapsed)
+            self._simulate(tick)
             if self._stop.asked:  # in the middle of a step: there is no state to publish
                 return
             # The state is as old as what is pending.
             self._stamp = max(stamp - int(self._pacing.pending * 1e9), 0)
         start = time.perf_counter()
-        self._states.publish(self._cloth, now * 1e-9, self._stamp)
-        self._times.add((now - last) * 1e-9, time.perf_counter() - start)
-        steady, before = self._steady.now().nanoseconds, self._paid
-        self._paid = steady
+        self._states.publish(self._cloth, tick.now, self._stamp)
+        if tick.jump is None:
+            self._times.add(tick.elapsed, time.perf_counter() - start)
         if self._estimating and not self._paused:
             # A share of a core is one of wall-clock time, whatever clock the ticks follow.
-            self._monitor.work(_ESTIMATING * min((steady - before) * 1e-9, _JUMP))
+            self._monitor.work(_ESTIMATING * min(tick.wall, _LONGEST_PAUSE))
 
     @property
     def _estimating(self) -> bool:
@@ -173,11 +156,13 @@ class ClothNode(SafeClockNode):
         wanted = self._diagnostics.wanted or self._monitor.estimate is None
         return self._spacing == 1 and wanted
 
-    def _simulate(self, elapsed: float) -> None:
+    def _simulate(self, tick: Tick) -> None:
         scene, cloth, pacing = self._cloth.scene, self._cloth, self._pacing
         substep = cloth.substep
         lost = pacing.lost
-        count = pacing.due(elapsed, substep, 1 / scene.rate, scene.solver.max_tick)
+        period = self._ticking.period
+        wall = tick.wall if self._ticking.simulated else period
+        count = pacing.due(tick.elapsed, substep, period, scene.solver.max_tick, wall)
         if count == 0:
             return
         start = time.perf_counter()
@@ -188,14 +173,26 @@ class ClothNode(SafeClockNode):
                 return
         pacing.done(count, substep, time.perf_counter() - start)
         if pacing.lost > lost:
-            self._follow_overload(changed=self._overload.relax(pacing.cost))
+            self._change_level(self._overload.relax)
 
-    def _follow_overload(self, *, changed: bool) -> None:
-        """Go on with what the machine can follow."""
-        if changed:
+    def _change_level(self, change: Callable[[float], bool]) -> None:
+        """Have the overload choose what the machine can follow, by the cost of a substep, s."""
+        if self._coming_level is None and change(self._pacing.cost):
             level = self._overload.level
-            self._go_on_with(level)
-            self._log.warning(f'overload, {level.text}: {self._solution()}')
+            self._coming_level = Background(lambda: compile_for(level.scene, level.spacing))
+            self._coming_level.wait(_AT_ONCE)
+
+    def _follow_overload(self) -> None:
+        """Go on with what the overload has chosen, once its kernels are there."""
+        if self._coming_level is None or not self._coming_level.done:
+            return
+        error, self._coming_level = self._coming_level.error, None
+        level = self._overload.level
+        if error is not None:
+            self._log.error(f'overload, {level.text}: cannot be compiled, {_reason(error)}')
+            return
+        self._go_on_with(level)
+        self._log.warning(f'overload, {level.text}: {self._solution()}')
 
     def _go_on_with(self, level: Level) -> None:
         """Simulate what a level says from here on."""
@@ -226,7 +223,7 @@ class ClothNode(SafeClockNode):
                 self._log.warning(
                     'there is wind, but no air that acts: set wind.air_density above 0, and give '
                     'the sheet two rows and two columns',
-                    throttle_duration_sec=WARNING_EVERY,
+                    **SELDOM,
                 )
         except ValueError as error:
             self.reject('wind', error)
@@ -262,10 +259,13 @@ class ClothNode(SafeClockNode):
 
     def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
-            changed_scene(self._asked, parameters, self._queues)
+            self._check(parameters)
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _check(self, parameters: list[Parameter]) -> None:
+        changed_scene(self._asked, parameters, self._queues)
 
     def _apply_parameters(self, parameters: list[Parameter]) -> None:
         self._asked = changed_scene(self._asked, parameters, self._queues)
@@ -295,20 +295,17 @@ class ClothNode(SafeClockNode):
                 # The same would fail at each tick.
                 self._not_made = self._next
                 self._log.error(
-                    'the kernels for what has changed cannot be compiled '
-                    f'({type(error).__name__}: {one_line(str(error))}): the cloth stays as it '
-                    'was, and parameters say what was asked for; set one to try all of them again'
+                    f'the kernels for what has changed cannot be compiled ({_reason(error)}): '
+                    'the cloth stays as it was, and parameters say what was asked for; set one '
+                    'to try all of them again'
                 )
 
     def _adopt(self, scene: Scene) -> None:
-        before = self._overload.asked
         self._may_adopt = False
-        self._overload = Overload(scene)
+        self._overload, self._coming_level = Overload(scene), None
         self._go_on_with(self._overload.level)
         self._states.change_scene()
         self._unsaid = True
-        if scene.rate != before.rate:
-            self._start_ticking()
 
     # Diagnostics
 
@@ -318,10 +315,9 @@ class ClothNode(SafeClockNode):
             self._unsaid = False
             self._log.info(self._solution())
         factor, lost = self._pacing.take_report()
-        times = self._times.take_report(1 / cloth.scene.rate)
-        quiet = (self._steady.now().nanoseconds - self._paid) * 1e-9
+        times = self._times.take_report(self._ticking.period)
         # Ticks as slow as reports, or slower, may come before and after one.
-        overdue = self._ticks == 0 and quiet > _OVERDUE / cloth.scene.rate
+        overdue = self._ticks == 0 and self._ticking.quiet > _OVERDUE / cloth.scene.rate
         jumping = 0 < self._ticks == self._jumps
         factor *= not (self._paused or overdue or jumping)
         level = DiagnosticStatus.WARN
@@ -331,9 +327,9 @@ class ClothNode(SafeClockNode):
             message, level = 'paused', DiagnosticStatus.OK
         elif repeated:
             message = f'energy from nowhere: repeated stretches of substeps, {repeated}'
-            self._log.warning(message, throttle_duration_sec=WARNING_EVERY)
+            self._log.warning(message, **SELDOM)
         elif overdue:
-            why = 'the machine is busy' if self._ticking is self._steady else 'is there a /clock?'
+            why = 'is there a /clock?' if self._ticking.simulated else 'the machine is busy'
             message = f'no tick since the last report; {why}'
         elif self._ticks == 0 and factor == 0:
             message, level = 'no tick was due yet', DiagnosticStatus.OK
@@ -341,14 +337,14 @@ class ClothNode(SafeClockNode):
             message = f'/clock moves by {self._jump:.4g} s at once: none of it is simulated'
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
-            self._log.warning(message, throttle_duration_sec=WARNING_EVERY)
+            self._log.warning(message, **SELDOM)
         elif self._overload.depth:
             message = f'overload: {self._overload.level.text}'
         else:
             message, level = 'running in real time', DiagnosticStatus.OK
         self._ticks = self._jumps = 0
         if lost == 0:
-            self._follow_overload(changed=self._overload.recover(self._pacing.cost))
+            self._change_level(self._overload.recover)
         if not self._diagnostics.wanted:
             return
         values = {

@@ -33,14 +33,28 @@ class Frames:
     def __init__(self, node: Node, frame_id: str) -> None:
         self._frame_id = frame_id
         self._tf2: Any = None
+        self._listener: Any = None
         try:
             import tf2_ros
         except ImportError:
             return
         # From the start: transforms that were published before a message must be known then.
-        self._tf2 = tf2_ros
-        self._buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer, node)
+        self._tf2, self._node = tf2_ros, node
+        self.forget()
+
+    def forget(self) -> None:
+        """
+        Drop all transforms: time has jumped back.
+
+        A buffer would take none that are older than those it has, and does not see the jump
+        itself.  What is static is sent again to a new listener.
+        """
+        if self._tf2 is None:
+            return
+        if self._listener is not None:
+            self._listener.unregister()
+        self._buffer = self._tf2.Buffer()
+        self._listener = self._tf2.TransformListener(self._buffer, self._node)
 
     def to_own(self, vector: Vector, frame_id: str, *, is_point: bool) -> Vector:
         """

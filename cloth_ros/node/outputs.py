@@ -6,16 +6,14 @@ from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from ..messages.markers import MarkersMessage, deletion
 from ..messages.particles import ParticlesMessage
 from ..model import Cloth, Scene
-from .queues import DEPTH
-from .rejections import WARNING_EVERY
+from .queues import overridable
+from .rejections import SELDOM
 
 
 class Output:
@@ -32,12 +30,7 @@ class Output:
     """
 
     def __init__(self, node: Node, kind: type, topic: str) -> None:
-        overridable = QoSOverridingOptions.with_default_policies()
-        # A profile of its own each: rclpy writes the overrides into it.
-        qos = QoSProfile(depth=DEPTH)
-        self._publisher = node.create_publisher(
-            kind, topic, qos, qos_overriding_options=overridable
-        )
+        self._publisher = node.create_publisher(kind, topic, **overridable())
         self.topic = self._publisher.topic_name
         self.unsent = 0
         self._name = topic.rpartition('/')[2]
@@ -54,10 +47,7 @@ class Output:
             self._publisher.publish(message)
         except rclpy_implementation.RCLError as error:
             self.unsent += 1
-            self._log.warning(
-                f'a message on {self._name} was not sent: {error}',
-                throttle_duration_sec=WARNING_EVERY,
-            )
+            self._log.warning(f'a message on {self._name} was not sent: {error}', **SELDOM)
 
 
 class States:

@@ -81,15 +81,20 @@ class Overload:
         levels = [_level(asked, asked, 1, 'as asked')]
         if asked.solver.overload != 'coarsen':
             return levels
-        free = asked.with_parameters({'solver.substeps': 0})
         tolerance = asked.solver.tolerance
         while tolerance < _LOOSEST:
             tolerance = min(2 * tolerance, _LOOSEST)
-            scene = free.with_parameters({'solver.tolerance': tolerance})
+            free = {'solver.substeps': 0, 'solver.tolerance': tolerance}
+            try:
+                scene = asked.with_parameters(free)
+            except ValueError:  # it would take more substeps than what was asked for
+                continue
             level = _level(scene, scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
             if level.substep > levels[-1].substep:
                 levels.append(level)
-        scene, spacing = levels[-1].scene.with_parameters({'solver.substeps': 0}), 2
+        scene, spacing = levels[-1].scene, 2
+        if scene.solver.substeps:
+            scene = asked.with_parameters({'solver.substeps': 0, 'solver.tolerance': _LOOSEST})
         while (coarse := on_grid(scene, 1 / spacing)) is not None:
             levels.append(_level(scene, coarse, spacing, f'grid {spacing} times coarser'))
             spacing *= 2

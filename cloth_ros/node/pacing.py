@@ -38,7 +38,14 @@ class Pacing:
         self._simulated = 0.0
         self._factor = 0.0
 
-    def due(self, elapsed: float, substep: float, tick: float, max_tick: float) -> int:
+    def due(
+        self,
+        elapsed: float,
+        substep: float,
+        tick: float,
+        max_tick: float,
+        wall: float,
+    ) -> int:
         """
         Return how many substeps to simulate now.
 
@@ -50,6 +57,8 @@ class Pacing:
             Length of a substep and of a tick, s; a tick holds at least one substep.
         max_tick
             Longest time to make up, s; an ordinary tick is never longer.
+        wall
+            Wall-clock time of a tick, s.
 
         """
         self._elapsed += max(elapsed, 0.0)
@@ -61,7 +70,7 @@ class Pacing:
             self.pending -= excess
         # Rounded, not cut off: with one substep a tick, jitter must not leave ticks without one.
         count = math.floor(self.pending / substep + 0.5)
-        affordable = _SHARE * tick / self._cost if self._cost else math.inf
+        affordable = _SHARE * wall / self._cost if self._cost else math.inf
         if count > affordable:
             count = max(int(affordable), 1)
         return count

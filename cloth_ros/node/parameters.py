@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import array
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -12,6 +12,7 @@ from rcl_interfaces.msg import (
     ParameterDescriptor,
     SetParametersResult,
 )
+from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -37,6 +38,11 @@ def _ros_value(value: Any) -> Any:
     if isinstance(value, tuple):
         return list(value) or ['']  # an empty list has no type
     return value
+
+
+def _plain(value: Any) -> Any:
+    """Return a value that compares: rclpy gives lists as arrays, and as lists."""
+    return list(value) if isinstance(value, (tuple, array.array)) else value
 
 
 def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
@@ -128,7 +134,31 @@ def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: Queues)
 
 
 class SafeParameterService(ParameterService):
-    """The services for parameters, which outlive a type that there is not; rclpy's own do not."""
+    """
+    The services for parameters.
+
+    rclpy's own end the node with a type that there is not, and say of what they refuse neither
+    what is allowed nor a remedy.
+
+    Parameters
+    ----------
+    node
+        Whose parameters.
+    check
+        Raises ValueError for parameters that cannot be set.
+    refused
+        Called for each request, or part of one, that is refused.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        check: Callable[[list[Parameter]], None],
+        refused: Callable[[], None],
+    ) -> None:
+        super().__init__(node)
+        self._of, self._check, self._refused = node, check, refused
 
     def _set_parameters_callback(
         self, request: SetParameters.Request, response: SetParameters.Response
@@ -143,15 +173,46 @@ class SafeParameterService(ParameterService):
     def _set_parameters_atomically_callback(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        for parameter in request.parameters:
-            try:
-                Parameter.Type(parameter.value.type)
-            except ValueError:
-                name, kind = shown(parameter.name), parameter.value.type
-                reason = refuse(f'the type of {name}', kind, '0 to 9', 'see ParameterType')
-                response.result = SetParametersResult(successful=False, reason=str(reason))
-                return response
-        super()._set_parameters_atomically_callback(request, response)
+        try:
+            request.parameters = list(self._to_be_set(request.parameters))
+        except ValueError as error:
+            response.result = SetParametersResult(successful=False, reason=str(error))
+        else:
+            response.result = SetParametersResult(successful=True)
+            if request.parameters:
+                super()._set_parameters_atomically_callback(request, response)
+        if not response.result.successful:
+            self._refused()
         # rclpy quotes names of any length.
         response.result.reason = one_line(response.result.reason)[:_LONGEST]
         return response
+
+    def _to_be_set(self, messages: Sequence[ParameterMessage]) -> Iterator[ParameterMessage]:
+        """Yield those that may be set, without what is fixed and stays as it is."""
+        parameters = []
+        for message in messages:
+            try:
+                parameters.append(Parameter.from_parameter_msg(message))
+            except ValueError:
+                name, kind = shown(message.name), message.value.type
+                raise refuse(f'the type of {name}', kind, '0 to 9', 'see ParameterType') from None
+        parameters = typed(parameters)
+        self._check(parameters)
+        for message, parameter in zip(messages, parameters, strict=True):
+            if not self._is_fixed(parameter.name):
+                yield message
+                continue
+            # Who loads what was dumped from a node sets these as well.
+            now = self._of.get_parameter(parameter.name).value
+            if _plain(parameter.value) != _plain(now):
+                raise refuse(
+                    parameter.name,
+                    parameter.value,
+                    f'{shown(now)}, as the node was started',
+                    'start the node with it',
+                )
+
+    def _is_fixed(self, name: str) -> bool:
+        known = PARAMETER_NAMES.get(name)
+        of_a_queue = name.startswith('qos_overrides.') and self._of.has_parameter(name)
+        return of_a_queue or (known is not None and known.fixed)

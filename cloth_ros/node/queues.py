@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from ..model import Scene, memory
 from ..model.quantity import Quantity, convert, refuse
@@ -17,6 +20,15 @@ _POLICIES: dict[str, tuple[object, Quantity]] = {
     'history': ('', Quantity('', choices=('keep_last', 'system_default'))),
     'reliability': ('', Quantity('', choices=('reliable', 'best_effort', 'system_default'))),
 }
+
+
+def overridable() -> dict[str, Any]:
+    """Return the arguments for a publisher or subscription whose queue users may override."""
+    # A profile of its own each: rclpy writes the overrides into it.
+    return {
+        'qos_profile': QoSProfile(depth=DEPTH),
+        'qos_overriding_options': QoSOverridingOptions.with_default_policies(),
+    }
 
 
 def check_policy(name: str, value: object) -> None:

@@ -5,12 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-WARNING_EVERY = 5.0  # s, between two warnings of one kind
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+
+# Between two warnings of one kind; on the clock that no one sets back.
+SELDOM: dict[str, Any] = {
+    'throttle_duration_sec': 5.0,
+    'throttle_time_source_type': Clock(clock_type=ClockType.STEADY_TIME),
+}
 
 
 class Rejections:
     """
-    What was refused, by topic.
+    What was refused, by topic; requests to set parameters under `parameters`.
 
     Parameters
     ----------
@@ -26,17 +33,19 @@ class Rejections:
 
     def add(self, topic: str, reason: object) -> None:
         """Count a message, and warn of it."""
-        self._counts[topic] += 1
+        self.count(topic)
         # rclpy throttles by logger and line: each topic has a logger of its own.
         logger = self._loggers.setdefault(topic, self._log.get_child(topic))
-        logger.warning(
-            f'refused a message on {topic}: {reason}', throttle_duration_sec=WARNING_EVERY
-        )
+        logger.warning(f'refused a message on {topic}: {reason}', **SELDOM)
+
+    def count(self, kind: str) -> None:
+        """Count what was refused, where whoever sent it has been told why."""
+        self._counts[kind] += 1
 
     def report(self) -> dict[str, object]:
         """Return how many were refused."""
-        topics = ('wind', 'sphere_pose', 'clock')
+        kinds = ('wind', 'sphere_pose', 'clock', 'parameters')
         return {
             'rejected inputs': self._counts.total(),
-            **{f'rejected {topic}': self._counts[topic] for topic in topics},
+            **{f'rejected {kind}': self._counts[kind] for kind in kinds},
         }
