@@ -1,5 +1,7 @@
 """What the tests of the node send and read."""
 
+from collections.abc import Iterator
+
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
@@ -48,6 +50,16 @@ def pose(x=0.0, y=0.0, z=0.0, frame='') -> PoseStamped:
 def set_parameters(probe, **values) -> list[SetParametersResult]:
     named = {name.replace('__', '.'): value for name, value in values.items()}
     return probe.set_parameters_of_cloth(named)
+
+
+def publish_until(condition, probe, publisher, messages: Iterator) -> None:
+    """Publish one message after another: a busy node keeps but the newest, and may miss that."""
+
+    def done() -> object:
+        publisher.publish(next(messages))
+        return condition()
+
+    probe.spin_until(done)
 
 
 def diagnosis(probe) -> dict[str, str]:
