@@ -3,7 +3,8 @@ The extremes of every parameter, each with what is expected of it.
 
     python -m reliability.extremes [--quick]
 
-On top of what is named, every case is watched as a random scene is (`promises`).
+On top of what is named, every case is watched as a random scene is (`promises`).  A quick run is
+not written to docs/reliability.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ import numpy as np
 
 from cloth_ros import Cloth, Scene
 
-from .promises import BrokenPromiseError, Outcome, Watch
-from .record import Row, write
+from .promises import Outcome, Watch
+from .record import Row, broken, write
 
 _SMALL = {'sheet.rows': 12, 'sheet.columns': 12}
 _STILL = {'wind.air_density': 0.0, 'drag': 0.0}
@@ -50,8 +51,8 @@ class Case:
         outcome = Outcome()
         try:
             kept, measured = self.run(outcome)
-        except BrokenPromiseError as error:
-            return Row(self.what, self.promised, str(error), kept=False)
+        except Exception as error:
+            return broken(self.what, self.promised, error)
         return Row(self.what, self.promised, measured, bool(kept))
 
 
@@ -305,7 +306,8 @@ def main() -> int:
         f'{len(rows)} extremes of stiffness, mass, tick, grid, pins, damping, wind, gravity, '
         'sphere, start and duration'
     )
-    return 0 if write('extremes', 'make extremes', 'Extremes of the model', summary, rows) else 1
+    title, full = 'Extremes of the model', not arguments.quick
+    return 0 if write('extremes', 'make extremes', title, summary, rows, full=full) else 1
 
 
 if __name__ == '__main__':

@@ -107,25 +107,27 @@ def try_node(tally: Tally, domain: int, arguments: Sequence[str]) -> None:
 
 
 def node_arguments(folder: Path, cases: int) -> Iterator[list[str]]:
-    """Yield arguments of the node: the ones above, and damaged files."""
+    """Yield arguments of the node, no two alike: the ones above, and bad and damaged files."""
     os.mkfifo(folder / 'pipe')
     many = [*NODE_ARGUMENTS, ['--ros-args', '--params-file', str(folder / 'pipe')]]
     generator = np.random.default_rng(0)
     generator.shuffle(many)
+    yield from many[:cases]
     path = folder / 'scene.yaml'
-    files = whole()
-    for number in range(cases):
-        if number < len(many):
-            yield many[number]
-            continue
-        content = files[generator.integers(len(files))] if number % 2 else damaged(generator)
-        path.write_bytes(content)
-        yield ['--ros-args', '--params-file', str(path)]
+    files, seen = whole(), set()
+    while len(seen) < cases - len(many):
+        either = files[generator.integers(len(files))], damaged(generator)
+        content = either[len(seen) % 2]
+        if content not in seen:
+            seen.add(content)
+            path.write_bytes(content)
+            yield ['--ros-args', '--params-file', str(path)]
 
 
 def node(cases: int) -> Tally:
     """Start the node with bad command lines."""
-    tally = Tally('command lines of cloth_node', 'exit code 2 and one line, or it runs')
+    what = 'command lines of cloth_node, no two alike'
+    tally = Tally(what, 'exit code 2 and one line, or it runs')
     with tempfile.TemporaryDirectory() as folder, free_domain() as domain:
         for arguments in node_arguments(Path(folder), cases):
             try_node(tally, domain, arguments)
@@ -142,35 +144,41 @@ def _study_arguments(folder: Path, generator: np.random.Generator) -> list[str]:
     soft = folder / 'soft.yaml'
     zero = b'springs: {structural: 0, shear: 0, bending: 0}'
     soft.write_bytes(b'/**: {ros__parameters: {' + zero + b'}}')
-    numbers = ['', 'x', 'nan', 'inf', '-inf', '-1', '0', '61', '1e400', '1e-999', '\udcff', '--']
+    word = bytes(generator.integers(ord('a'), ord('z') + 1, 4).tolist()).decode()
+    numbers = ['', 'nan', 'inf', '-inf', '0', '1e400', '1e-999', '\udcff', '--']
+    numbers += [word, f'{generator.uniform(61, 1e6)}', f'{generator.uniform(-1e6, 0)}'] * 3
     number = numbers[generator.integers(len(numbers))]
     wrong: list[list[str]] = [
         *(
             [str(path)]
-            for path in (bad, full, soft, folder, '/dev/zero', 'none', '', '\0', '\udcff')
+            for path in (bad, full, soft, folder, '/dev/zero', word, '', '\0', '\udcff')
         ),
         *([], ['--foo'], ['-q'], ['--quick=3'], ['--sphere', '1'], ['--out'], ['--', '--out']),
         *([str(good), flag, number] for flag in ('--seconds', '--over')),
-        [
-            str(good),
-            '--sphere',
-            number if number not in ('0', '-1', '61', '1e-999') else 'x',
-            '0',
-            '0',
-        ],
-        *([str(good), '--out', out] for out in (str(good), '/proc/none', '\0', '/dev/null/x')),
+        [str(good), '--sphere', word, '0', number],
+        *([str(good), '--out', out] for out in (str(good), f'/proc/{word}', '\0', '/dev/null/x')),
         [str(good), str(good)],
     ]
-    return wrong[generator.integers(len(wrong))]
+    # Before what is wrong, which thereby comes last and counts.
+    right = [['--quick'], ['--fresh'], ['--seconds', '0.5'], ['--over', '0.2']]
+    right += [['--sphere', '0', '0', '1'], ['--out', str(folder / 'out')]]
+    chosen = generator.permutation(len(right))[: generator.integers(4)]
+    arguments = [each for place in chosen for each in right[place]]
+    return arguments + wrong[generator.integers(len(wrong))]
 
 
 def study(cases: int) -> Tally:
     """Call the command `cloth_tradeoff` with bad command lines, in this process."""
-    tally = Tally('command lines of cloth_tradeoff', 'exit code 2 and one line')
+    what = 'command lines of cloth_tradeoff, no two alike'
+    tally = Tally(what, 'exit code 2 and one line')
     generator = np.random.default_rng(0)
+    seen: set[tuple[str, ...]] = set()
     with tempfile.TemporaryDirectory() as folder:
-        for _ in range(cases):
+        while len(seen) < cases:
             arguments = _study_arguments(Path(folder), generator)
+            if tuple(arguments) in seen:
+                continue
+            seen.add(tuple(arguments))
             output = io.StringIO()
             try:
                 with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):

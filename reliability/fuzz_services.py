@@ -21,7 +21,7 @@ from cloth_ros.model.quantity import PARAMETER_NAMES
 
 from .junk import DEFAULTS, NAMES
 from .live import Live, to_set
-from .tally import Tally
+from .tally import Tally, is_clear
 
 FIXED = [name for name in NAMES if PARAMETER_NAMES[name].fixed]
 _OTHERS = ['', '.', 'sheet', 'rates', 'a b', 'é', 'x' * 10_000, 'use_sim_time', 'sheet.rows.x']
@@ -108,32 +108,46 @@ def _set(running: Live, tally: Tally, parameters: list[Parameter], *, atomically
         service, kind = '/cloth/set_parameters', SetParameters
     answer = listener.call(kind, service, kind.Request(parameters=parameters))
     results = [answer.result] if atomically else answer.results
-    if len(results) != (1 if atomically else len(parameters)):
+    # What each answer is to.
+    asked = [parameters] if atomically else [[each] for each in parameters]
+    if len(results) != len(asked):
         tally.blame(f'{len(results)} answers', parameters)
-    for result in results:
+    for result, of in zip(results, asked, strict=False):
+        reason = result.reason
+        # What rclpy says of names that are none of the scene is its own.
+        own = all(each.name in PARAMETER_NAMES for each in of)
         if result.successful:
             tally.accepted += 1
-        elif result.reason and result.reason.isprintable() and len(result.reason) < 1000:
+        elif is_clear(reason) if own else (reason.isprintable() and 0 < len(reason) < 1000):
             tally.refused += 1
         else:
-            tally.blame(f'no clear reason: {result.reason[:200]!r}', parameters)
+            tally.blame(f'no clear reason: {reason[:200]!r}', of)
     if not any(result.successful for result in results) and _all(running) != before:
         tally.blame('refused, and changed', parameters)
 
 
+def _counted(running: Live) -> int:
+    """Return how many requests the node says that it has refused."""
+    running.next_report()  # that one may be on its way from before the last request
+    return int(running.next_report().values['rejected parameters'])
+
+
 def parameters(running: Live, cases: int) -> Tally:
     """Send requests that set parameters, one to five at once, one by one or together."""
-    tally = Tally(
-        'requests to set parameters of the node',
-        'set, or refused with a reason and all as before; it runs on',
-    )
-    generator = np.random.default_rng(0)
+    tally = Tally('', 'set, or refused with a reason, counted, and all as before; it runs on')
+    generator, requests = np.random.default_rng(0), 0
+    before = _counted(running)
     while tally.cases < cases:
+        requests += 1
         chosen = [_parameter(generator) for _ in range(generator.integers(1, 6))]
         _set(running, tally, chosen, atomically=bool(generator.integers(2)))
         if running.listener.not_finite:
             tally.blame('a state that is not finite', chosen)
             running.listener.not_finite = 0
+    tally.what = f'answers to {requests:,} requests to set parameters of the node'
+    counted = _counted(running) - before
+    if counted < tally.refused:  # more where a request was sent again, as its answer was lost
+        tally.blame(f'{counted} counted, of {tally.refused} refused', 'all requests')
     return tally
 
 
@@ -151,7 +165,9 @@ def restore(running: Live) -> None:
 
 def questions(running: Live, cases: int) -> Tally:
     """Ask for parameters that there are not."""
-    tally = Tally('requests to read parameters of the node', 'answered; it runs on')
+    tally = Tally(
+        'requests to read parameters of the node', 'answered; it runs on', ('refused', 'answered')
+    )
     generator = np.random.default_rng(0)
     asked = {
         GetParameters: '/cloth/get_parameters',

@@ -3,13 +3,38 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import traceback
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from cloth_ros.model.quantity import one_line
 from cloth_ros.tradeoff.machine import describe
 
 RESULTS = Path('docs/reliability')
+_ROOT = Path(__file__).parent.parent
+# What results are written to, which does not change what they were measured on.
+_PAGES = (':!docs', ':!README.md')
+_LONGEST = 500  # characters of an error
+
+
+def _git(*arguments: str) -> str:
+    command = ['git', '-C', str(_ROOT), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+
+def _commit() -> str:
+    """Return the commit of the working tree, with a plus if it was changed since."""
+    try:
+        changed = _git('status', '--porcelain', '--', '.', *_PAGES)
+        return _git('rev-parse', '--short', 'HEAD') + ('+' if changed else '')
+    except (OSError, subprocess.CalledProcessError):
+        return 'unknown'
+
+
+# That of the beginning: some runs take an hour.
+_COMMIT = _commit()
 
 
 @dataclass(frozen=True)
@@ -36,7 +61,16 @@ class Row:
     kept: bool
 
 
-def write(name: str, command: str, title: str, summary: str, rows: Sequence[Row]) -> bool:
+def broken(what: str, promised: str, error: Exception) -> Row:
+    """Return the row of what has ended in an error, and print where that was."""
+    traceback.print_exception(error)
+    text = one_line(f'{type(error).__name__}: {error}').replace('|', '/')  # in a table
+    return Row(what, promised, text[:_LONGEST], kept=False)
+
+
+def write(
+    name: str, command: str, title: str, summary: str, rows: Sequence[Row], *, full: bool = True
+) -> bool:
     """
     Print rows and write them to docs/reliability/NAME.json; return whether all was kept.
 
@@ -52,18 +86,25 @@ def write(name: str, command: str, title: str, summary: str, rows: Sequence[Row]
         What was tried, in a line of the README.
     rows
         Its cases.
+    full
+        False if less was tried than the command does by itself: then nothing is written.
 
     """
+    for row in rows:
+        print(f'{"kept  " if row.kept else "BROKEN"} {row.what}: {row.measured}', flush=True)
+    kept = all(row.kept for row in rows)
+    if not full:
+        print('nothing is written: this was no full run')
+        return kept
     RESULTS.mkdir(parents=True, exist_ok=True)
     content = {
         'title': title,
         'summary': summary,
         'command': command,
         'machine': describe(),
+        'commit': _COMMIT,
         'rows': [asdict(row) for row in rows],
     }
     path = RESULTS / f'{name}.json'
     path.write_text(json.dumps(content, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
-    for row in rows:
-        print(f'{"kept  " if row.kept else "BROKEN"} {row.what}: {row.measured}', flush=True)
-    return all(row.kept for row in rows)
+    return kept

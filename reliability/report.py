@@ -28,8 +28,9 @@ def section(result: dict[str, Any]) -> str:
     ]
     return f"""## {result['title']}
 
-`{result['command']}`, on: {machine['processor']}, {machine['vector instructions']}, \
-{machine['cores']} cores, Python {machine['python']}.
+`{result['command']}`, of commit {result.get('commit', 'unknown')}, on: \
+{machine['processor']}, {machine['vector instructions']}, {machine['cores']} cores, \
+Python {machine['python']}.
 
 {table(('what', 'promised', 'measured'), rows)}
 """

@@ -12,10 +12,12 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.stability import SAFETY
 
 # Substeps and particle steps that one trial may take, before motion divides them.
-_SUBSTEPS = 1000
-_PARTICLE_STEPS = 2e5
+SUBSTEPS = 1000
+PARTICLE_STEPS = 2e5
+_MOST_GIVEN = 2000  # substeps that a scene may need at least to be given their number
 
 C = TypeVar('C', bound=Cloth)
 
@@ -95,7 +97,7 @@ class Trial:
     def seconds(self, cloth: Cloth, wanted: float) -> float:
         """Return how long to advance, s: `wanted`, or less where that takes too many substeps."""
         particles = cloth.scene.sheet.rows * cloth.scene.sheet.columns
-        most = min(_SUBSTEPS, _PARTICLE_STEPS / particles) / max(len(self.inputs), 1)
+        most = min(SUBSTEPS, PARTICLE_STEPS / particles) / max(len(self.inputs), 1)
         return min(wanted, most * cloth.substep)
 
 
@@ -103,6 +105,11 @@ def logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
     """Draw numbers of every magnitude."""
     exponents = st.floats(math.log10(low), math.log10(high))
     return exponents.map(lambda exponent: min(max(10.0**exponent, low), high))
+
+
+def least_substeps(scene: Scene) -> int:
+    """Return the least `solver.substeps` that a scene accepts, besides 0."""
+    return max(math.ceil(1 / (scene.rate * SAFETY * scene.stability_limit())), 1)
 
 
 def _or_zero(strategy: st.SearchStrategy[float]) -> st.SearchStrategy[float]:
@@ -170,9 +177,11 @@ def parameters(draw: st.DrawFn, *, some_springs: bool) -> tuple[tuple[str, Any],
     for family in ('structural', 'shear', 'bending'):
         values[f'springs.{family}'] = values.pop(family)
     try:
-        Scene().with_parameters(values)
+        least = least_substeps(Scene().with_parameters(values))
     except ValueError:  # more substeps than any machine can take; so it is refused
         assume(condition=False)
+    if draw(st.sampled_from([False, False, False, True])) and least <= _MOST_GIVEN:
+        values['solver.substeps'] = draw(st.just(least) | st.integers(least, 4 * least))
     centre = np.array(values['sheet.position'])
     reach = length * (1 + aspect) + radius
     values['sphere.position'] = (centre + reach * np.array(away)).tolist()

@@ -34,17 +34,24 @@ class Tally:
     ----------
     what, promised
         For the report.
+    names
+        What it says of those refused and accepted.
     refused
         How many were refused with a clear error, or counted as refused.
     accepted
-        How many were valid.
+        How many were not, and need not be.
     wrong
         What else came, and of what.
 
     """
 
-    def __init__(self, what: str, promised: str = 'a clear error, or valid; nothing else') -> None:
-        self.what, self.promised = what, promised
+    def __init__(
+        self,
+        what: str,
+        promised: str = 'a clear error, or valid; nothing else',
+        names: tuple[str, str] = ('refused', 'valid'),
+    ) -> None:
+        self.what, self.promised, self.names = what, promised, names
         self.refused = self.accepted = 0
         self.wrong: list[str] = []
 
@@ -69,8 +76,9 @@ class Tally:
         """Return the report."""
         for wrong in self.wrong[:_KEPT]:
             print(f'  {wrong}', flush=True)
+        refused, accepted = self.names
         measured = (
-            f'{self.cases:,} cases: {self.refused:,} refused, {self.accepted:,} valid, '
+            f'{self.cases:,} cases: {self.refused:,} {refused}, {self.accepted:,} {accepted}, '
             f'{len(self.wrong):,} anything else'
         )
         return Row(self.what, self.promised, measured, not self.wrong)

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis.errors import FlakyFailure
 
-from cloth_ros import Cloth
+from cloth_ros import Cloth, Scene
+from reliability import promises, torture
 from reliability.plain import PlainCloth
-from reliability.promises import BrokenPromiseError, Outcome, Watch, run
-from reliability.scenes import Input, Trial
-from reliability.torture import explodes, torture
+from reliability.promises import BrokenPromiseError, Counted, Outcome, Watch, run
+from reliability.scenes import Input, Trial, least_substeps
+from reliability.torture import explodes
 
 TRIALS = 300
 
@@ -134,13 +136,60 @@ def test_what_failed_once_does_not_again(case):
 
 
 def test_random_scenes_keep_every_promise():
-    outcome, _ = torture(TRIALS, number=0, some_springs=False)
+    outcome, _ = torture.torture(TRIALS, number=0, some_springs=False)
     assert outcome.trials + outcome.cut >= TRIALS
     assert outcome.trials > 0.9 * TRIALS
+    assert outcome.given > 0
+    assert 0 < outcome.found < outcome.advances
 
 
-def watched() -> tuple[Cloth, Watch]:
+def test_a_trial_that_is_cut_is_checked_where_it_is(monkeypatch):
+    crumpled = trial(SQUARE, 'crumpled', 0.1, Input(1.0))
+    outcome = Outcome()
+    run(crumpled, outcome, patience=0.0)
+    assert (outcome.trials, outcome.cut, outcome.advances) == (0, 1, 1)
+
+    class Left(Counted):
+        """A cloth that is no good where it is left."""
+
+        def march(self, seconds):
+            self._state.velocity[...] = np.nan
+            yield
+
+    monkeypatch.setattr(promises, 'Counted', Left)
+    with pytest.raises(BrokenPromiseError, match='not finite'):
+        run(crumpled, outcome, patience=0.0)
+
+
+def test_work_that_is_taken_as_it_is_found_is_said():
+    outcome = Outcome()
+    grows = 'a sphere grew in a sheet that was too fast to get out of its way'
+    run(BROKEN_ONCE[grows], outcome, patience=60.0)
+    assert (outcome.found, outcome.energy) == (outcome.advances, 0.0)
+    run(trial(SQUARE, 'crumpled', 0.1, Input(0.1)), outcome, patience=60.0)
+    assert outcome.found == outcome.advances - 1
+
+
+@pytest.mark.parametrize(
+    'error',
+    [ValueError('unforeseen'), FlakyFailure('comes and goes', [BrokenPromiseError('energy')])],
+    ids=lambda error: type(error).__name__,
+)
+def test_whatever_ends_the_trials_is_a_promise_not_kept(error, monkeypatch, tmp_path):
+    def fail(*_):
+        raise error
+
+    monkeypatch.setattr('reliability.record.RESULTS', tmp_path)
+    monkeypatch.setattr(torture, 'shared', fail)
+    monkeypatch.setattr('sys.argv', ['torture'])
+    assert torture.main() == 1
+    (written,) = tmp_path.iterdir()
+    assert '"kept": false' in written.read_text()
+
+
+def watched(**more: object) -> tuple[Cloth, Watch]:
     scene = {'sphere.radius': 0.2, 'sphere.position': [0.0, 0.0, 2.0], 'wind.air_density': 0.0}
+    scene |= {name.replace('__', '.'): value for name, value in more.items()}
     cloth = trial(scene, 'flat', 0.0).cloth()
     return cloth, Watch(cloth, Outcome())
 
@@ -155,6 +204,15 @@ def test_a_state_that_is_not_finite_is_noticed():
 def test_energy_from_nowhere_is_noticed():
     cloth, watch = watched()
     cloth.velocities = np.ones((32, 32, 3))
+    with pytest.raises(BrokenPromiseError, match='from nowhere'):
+        watch.check()
+
+
+def test_more_energy_than_the_longest_step_explains_is_noticed():
+    cloth, watch = watched(solver__substeps=least_substeps(Scene()))
+    cloth.velocities = np.ones((32, 32, 3))
+    watch.check()
+    cloth.velocities = np.full((32, 32, 3), 100.0)
     with pytest.raises(BrokenPromiseError, match='from nowhere'):
         watch.check()
 
@@ -184,9 +242,8 @@ def test_a_pin_that_moves_is_noticed():
 
 def test_a_triangle_in_the_sphere_is_noticed():
     cloth, watch = watched()
-    moved = cloth.positions.copy()
-    moved[10:20, 10:20, 2] = 1.9
-    cloth.positions = moved
+    # Set from outside, it would find the sphere smaller.
+    cloth._lattice.grid(cloth._state.position)[2, 10:20, 10:20] += 0.9
     watch.begin()
     with pytest.raises(BrokenPromiseError, match='deep in the sphere'):
         watch.check()
