@@ -187,10 +187,16 @@ class SphereContact:
         if self._clearance > 0:
             return
         count, self._clearance = self._find(state, h, start, end)
-        forced = count > 0 and self._sweep(state, h, start, end, count, growing)
+        if not count:
+            return
+        forced, pinned = self._sweep(state, h, start, end, count, growing)
         if forced and self.deepest > 0.0:
-            # What has to be forced out of the way makes room as it can.
-            self.radius = max(before, self.radius - self.deepest)
+            # What is too fast to be forced out of the way has the room that it leaves; pins have
+            # none to give.
+            least = before if pinned else min(_SMALLEST, self._radius)
+            room = max(self.radius - self.deepest, least)
+            self.deepest = max(self.deepest - (self.radius - room), 0.0)
+            self.radius = room
 
     def find_room(self, state: State) -> None:
         """Shrink the sphere to what there is room for, if it has appeared in the sheet."""
@@ -243,8 +249,8 @@ class SphereContact:
 
     def _sweep(
         self, state: State, h: float, start: Array, end: Array, count: int, growing: bool
-    ) -> bool:
-        """Carry the sphere past the found cells; return whether it forced its way."""
+    ) -> tuple[bool, bool]:
+        """Carry the sphere past the found cells; tell if it forced its way, and if there are pins."""
         particles, triangles = self._gather(count)
         number = len(particles)
         points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
@@ -262,7 +268,7 @@ class SphereContact:
             work = float(self.velocity @ np.array(impulse))
             work += max(-float(self._gravity @ lifted), 0.0)
             self._work += math.inf if forced or growing else work
-        return bool(forced)
+        return bool(forced), bool(moves.min() == 0.0)
 
 
 def warm_up(dtype: Any) -> None:
