@@ -219,7 +219,7 @@ class Watch:
         if max(free, held) > cloth.sphere_depth + allowed:
             deep = max(free, held)
             raise BrokenPromiseError(f'a triangle is {deep:.3g} m deep in the sphere, unsaid')
-        if radius < cloth.scene.sphere.radius and self._pinned.any():  # it grows where it is
+        if radius < cloth.scene.sphere.radius:  # a growing sphere is where it is
             return
         if free > allowed:
             raise BrokenPromiseError(f'a triangle is {free:.3g} m deep in the sphere, unpinned')

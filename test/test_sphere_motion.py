@@ -133,3 +133,13 @@ def test_a_state_that_is_adopted_holds_still_at_other_pins():
     assert np.array_equal(pinned.positions[5, 5], before)
     with pytest.raises(ValueError, match='the sheet of the other cloth is'):
         pinned.adopt(Cloth(Scene(sheet={'rows': 1, 'columns': 1})))
+
+
+def test_a_sphere_that_has_no_room_at_all_says_how_deep_it_is():
+    cloth = sheet_and_sphere(sphere__position=tuple(Cloth(Scene()).positions[16, 16]))
+    assert cloth.sphere_radius == pytest.approx(1e-4)
+    assert cloth.sphere_depth == pytest.approx(1e-4, rel=0.01)
+    march = cloth.march(0.1)
+    next(march)
+    march.close()
+    assert cloth.sphere_depth == pytest.approx(1e-4, rel=0.01)

@@ -212,6 +212,8 @@ class SphereContact:
             depth = deepest(points, triangles, self.radius)
             if depth > _INSIDE * self._tolerance:
                 self.radius = max(self.radius - depth, min(_SMALLEST, self._radius))
+                depth -= self._radius - self.radius
+                self.deepest = depth if depth > 2 * self._tolerance else 0.0
 
     def _find(self, state: State, h: float, start: Array, end: Array) -> tuple[int, float]:
         """Find the cells that the sphere may touch on its way; see `find_cells`."""
@@ -250,7 +252,7 @@ class SphereContact:
     def _sweep(
         self, state: State, h: float, start: Array, end: Array, count: int, growing: bool
     ) -> tuple[bool, bool]:
-        """Carry the sphere past the found cells; tell if it forced its way, and if there are pins."""
+        """Carry the sphere past the found cells; tell if it forced its way, and if it met pins."""
         particles, triangles = self._gather(count)
         number = len(particles)
         points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
