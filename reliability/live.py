@@ -10,14 +10,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
@@ -28,12 +29,15 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool
 
+from .arrivals import OK, Arrival, Report, Ticks, lost
+
 ROOT = Path(__file__).parent.parent
 PATIENCE = 90.0  # s, for what is bound to happen soon, kernels compiled on a slow machine among it
 NODE = (sys.executable, '-m', 'cloth_ros.node.main')
-# Ticks at a full rate that make a recovery, and how much longer than meant they may take.
+# Ticks at a stretch that make a full rate, and what they may take of the time that is meant: a
+# burst of messages that have waited is none.
 _STEADY = 30
-_SLACK = 1.1
+_LEAST, _MOST = 0.8, 1.1
 
 
 @contextmanager
@@ -189,6 +193,7 @@ class Probe(Node):
             self.spin_until(lambda: future.done() or time.monotonic() > end)  # noqa: B023
             if future.done():
                 return future.result()
+            client.remove_pending_request(future)
         raise AssertionError(f'{service} does not answer')
 
     def set_parameters_of_cloth(self, values: Mapping[str, object]) -> list[SetParametersResult]:
@@ -212,46 +217,6 @@ def probing(domain: int, make: Callable[[Context], P] = Probe) -> Iterator[P]:
         node.destroy_node()
     finally:
         rclpy.shutdown(context=context)
-
-
-class Arrival(NamedTuple):
-    """
-    A message of particles.
-
-    Attributes
-    ----------
-    at, sent
-        When it arrived and when it was sent, s; by the steady clock here, by the sender's own.
-    stamp
-        In its header, s.
-    number
-        Of the message, counted by its publisher.
-
-    """
-
-    at: float
-    sent: float
-    stamp: float
-    number: int
-
-
-class Report(NamedTuple):
-    """A message of /diagnostics: when it came, its level and text, and its values by name."""
-
-    at: float
-    level: bytes
-    message: str
-    values: dict[str, str]
-
-    @property
-    def simulated(self) -> float:
-        """Simulated time, s."""
-        return float(self.values['simulated time [s]'])
-
-    @property
-    def factor(self) -> float:
-        """Real-time factor since the report before."""
-        return float(self.values['real-time factor'])
 
 
 class Listener(Probe):
@@ -314,16 +279,20 @@ class Live:
 
     def recover(self, after: float, patience: float | None = None) -> float:
         """
-        Return how long after a moment, s, the node had its full rate and kept real time again.
+        Wait until the node has its full rate and keeps real time again.
 
         Full rate is half a second of it at a stretch; real time is what the diagnostics say.
+        Returned is how long after a moment, s, the first of these ticks came.
         """
-        listener, most = self.listener, _SLACK * _STEADY / self.rate
+        listener, meant = self.listener, _STEADY / self.rate
 
         def full_rate() -> float | None:
-            times = [each.at for each in listener.particles if each.at >= after]
+            first = bisect_left(listener.particles, after, key=lambda each: each.at)
+            times = [each.at for each in listener.particles[first:]]
             pairs = zip(times, times[_STEADY:], strict=False)
-            return next((first for first, last in pairs if last - first < most), None)
+            return next(
+                (first for first, last in pairs if _LEAST < (last - first) / meant < _MOST), None
+            )
 
         def healthy() -> bool:
             reports = listener.reports
@@ -338,30 +307,33 @@ class Live:
         listener = self.listener
         listener.spin_until(lambda: abs(listener.particles[-1].stamp - moment) < 60)
 
-    def ticks(self, since: float, until: float, *, by_arrival: bool = False) -> str:
-        """Say how the ticks went in a stretch of time; by arrival where a sender's clock jumps."""
+    def next_report(self) -> Report:
+        """Wait for a report, and return it."""
+        reports = self.listener.reports
+        count = len(reports)
+        self.listener.spin_until(lambda: len(reports) > count)
+        return reports[-1]
+
+    def ticks(self, since: float, until: float, *, by_arrival: bool = False) -> Ticks:
+        """Return how the ticks went; by arrival where a sender's clock jumps."""
         window = [each for each in self.listener.particles if since <= each.at <= until]
+        due = int((until - since) * self.rate)
         if len(window) < 2:
-            return 'no messages'
-        intervals = np.diff([each.at if by_arrival else each.sent for each in window])
-        late = int((intervals > 1.5 / self.rate).sum())
-        return (
-            f'{late} of {len(intervals)} ticks late, the longest pause '
-            f'{intervals.max():.3f} s, {lost(window)} messages lost'
-        )
+            return Ticks(0, 0, due, until - since, 0)
+        pauses = np.diff([each.at if by_arrival else each.sent for each in window])
+        late = int((pauses > 1.5 / self.rate).sum())
+        missing = max(due - len(window), 0)
+        return Ticks(len(pauses), late, missing, float(pauses.max()), lost(window))
+
+    def least_factor(self, since: float, until: float) -> float:
+        """Return the least real-time factor that was reported in a stretch of time; 0: none."""
+        reports = self.listener.reports
+        return min((each.factor for each in reports if since < each.at <= until), default=0.0)
 
     def well(self) -> bool:
         """Tell if the node lives, answers, and has published nothing that is not finite."""
         answer = self.listener.call(SetBool, '/cloth/pause', SetBool.Request(data=False))
         return self.node.alive and answer.success and not self.listener.not_finite
-
-
-OK = DiagnosticStatus.OK
-
-
-def lost(window: Sequence[Arrival]) -> int:
-    """Return how many messages between the first and the last did not arrive."""
-    return window[-1].number - window[0].number + 1 - len(window)
 
 
 @contextmanager
@@ -382,6 +354,8 @@ def live(*ros_arguments: str, rate: float = 60.0, variables: dict[str, str] | No
     with free_domain() as domain:
         command = (*NODE, '--ros-args', '-p', f'rate:={rate}', *ros_arguments)
         node = Process(command, {**environment(domain), **(variables or {})})
+        # As by Ctrl-C, so that the node does not stay behind.
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
         try:
             # One after the other: Fast DDS may miss a participant that starts at the same moment
             # where one was killed before.
@@ -392,3 +366,4 @@ def live(*ros_arguments: str, rate: float = 60.0, variables: dict[str, str] | No
                 yield running
         finally:
             node.end()
+            signal.signal(signal.SIGTERM, before)

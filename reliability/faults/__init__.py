@@ -1,4 +1,9 @@
-"""What the running node outlives, on real processes."""
+"""
+What the running node outlives, on real processes.
+
+The short form of a fault is for tests, on machines that may be busy: what it promises of rates is
+not judged then.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +22,7 @@ from .graph import (
     parameters,
     stopped,
 )
-from .starts import compiling, log_folder, loopback, signals
+from .starts import changing, compiling, log_folder, loopback, signals
 
 # A sphere that takes part, out of reach of the cloth, for what is commanded.
 SCENE = ('-p', 'sphere.radius:=0.1', '-p', 'sphere.position:=[0.0, 0.0, -5.0]')
@@ -41,4 +46,5 @@ ALONE: tuple[Callable[[bool], Row], ...] = (
     log_folder,
     signals,
     compiling,
+    changing,
 )

@@ -4,8 +4,9 @@ What the running node outlives, on real processes.
     python -m reliability.faults [--quick] [--only NAME ...]
 
 Each fault is a function that makes it, waits until the node is well again, and returns what was
-promised and measured; `test/test_faults.py` runs the same ones, shorter.  Times are figures, not
-promises: they are those of a machine that may be busy with other things.
+promised and measured; `test/test_faults.py` runs the same ones, shorter.  Times that no promise
+names are figures: they are those of a machine that may be busy with other things.  Only all faults
+at full length are written to docs/reliability.
 """
 
 from __future__ import annotations
@@ -15,31 +16,38 @@ import sys
 from collections.abc import Callable, Iterator
 
 from ..live import live
-from ..record import Row, write
+from ..record import Row, broken, write
 from . import ALONE, SCENE, SHARED
 from .cannot import CannotDoError
 
+_WELL = 'that a node is well again'
 
-def _tried(name: str, fault: Callable[[], Row]) -> Iterator[Row]:
-    print(f'{name} …', flush=True)
+
+def tried(fault: Callable[..., Row], *arguments: object) -> Row:
+    """Make a fault; one that cannot be made here, or ends in an error, is a promise not kept."""
+    print(f'{fault.__name__} …', flush=True)
+    what = (fault.__doc__ or '').rstrip('.')
     try:
-        yield fault()
+        return fault(*arguments)
     except CannotDoError as reason:
-        print(f'{name} cannot be done here: {reason}')
-    except AssertionError as error:
-        yield Row(name, 'that the node is well again', f'it is not: {error}', False)
+        return Row(what, _WELL, f'not tried here: {reason}', kept=False)
+    except Exception as error:
+        return broken(what, _WELL, error)
 
 
 def rows(only: list[str], quick: bool) -> Iterator[Row]:
     """Make the faults, one after the other."""
     shared = [fault for fault in SHARED if not only or fault.__name__ in only]
-    if shared:
-        with live(*SCENE) as running:
-            for fault in shared:
-                yield from _tried(fault.__name__, lambda: fault(running, quick))  # noqa: B023
+    try:
+        if shared:
+            with live(*SCENE) as running:
+                for fault in shared:
+                    yield tried(fault, running, quick)
+    except AssertionError as error:
+        yield broken('a node for the faults', 'that it starts', error)
     for alone in ALONE:
         if not only or alone.__name__ in only:
-            yield from _tried(alone.__name__, lambda: alone(quick))  # noqa: B023
+            yield tried(alone, quick)
 
 
 def main() -> int:
@@ -54,8 +62,8 @@ def main() -> int:
         f'{len(found)} faults around a live node: stops, kills, clocks, subscribers, floods of '
         'commands, busy processors, network, logs, signals'
     )
-    title = 'Faults of the running node'
-    return 0 if write('faults', 'make faults', title, summary, found) else 1
+    title, full = 'Faults of the running node', not (arguments.only or arguments.quick)
+    return 0 if write('faults', 'make faults', title, summary, found, full=full) else 1
 
 
 if __name__ == '__main__':
