@@ -55,7 +55,7 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            'cloth_node = cloth_ros.node.main:main',
+            'cloth_node = cloth_ros.node.main:command',
             'cloth_tradeoff = cloth_ros.tradeoff.main:main',
         ]
     },

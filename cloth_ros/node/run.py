@@ -26,6 +26,7 @@ def run(stop: Stop, args: list[str] | None) -> None:
         The node cannot be made; its text says why.
 
     """
+    node: ClothNode | None = None
     try:
         # rclpy's own handlers would end the context in the middle of a tick.
         try:
@@ -48,4 +49,6 @@ def run(stop: Stop, args: list[str] | None) -> None:
             executor.spin_once(timeout_sec=_STOP_WITHIN)
     finally:
         stop.defer()
+        if node is not None:
+            node.destroy_node()
         try_shutdown()
