@@ -166,7 +166,9 @@ class Sender:
         refused = sum(now.values()) - sum(self._before.values())
         self._tally.refused += refused
         self._tally.accepted += self._sent - refused
-        self._before, self._bad, self._sent = now, Counter(now), 0
+        self._before, self._sent = now, 0
+        if self._exactly:  # else what comes late may count in the next batch
+            self._bad = Counter(now)
         if listener.not_finite:
             self._tally.blame(f'{listener.not_finite} states not finite', 'a batch of messages')
             listener.not_finite = 0

@@ -98,6 +98,22 @@ def test_refusals_name_the_value_the_range_and_the_remedy_and_are_counted(start_
     assert diagnosis(probe)['rejected parameters'] == str(len(REFUSED))
 
 
+def test_one_request_sets_a_parameter_once_and_whole_numbers_may_be_written_as_others(
+    start_cloth, probe
+):
+    start_cloth()
+    twice = to_set({'drag': -1.0}).parameters + to_set({'drag': 1.0}).parameters
+    request = SetParametersAtomically.Request(parameters=twice)
+    result = probe.call(
+        SetParametersAtomically, '/cloth/set_parameters_atomically', request
+    ).result
+    assert "the number of 'drag' is 2, but must be 1; give it once" in result.reason
+    (result,) = probe.set_parameters_of_cloth({'wind.gust.seed': 5.0})
+    assert result.successful, result.reason
+    (result,) = probe.set_parameters_of_cloth({'wind.gust.seed': 5.5})
+    assert 'wind.gust.seed is 5.5, but must be a whole number' in result.reason
+
+
 def test_what_was_dumped_from_a_node_can_be_loaded_again(start_cloth, probe):
     start_cloth()
     scene = Scene().flat()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -101,14 +102,16 @@ def declare_scene(node: Node) -> tuple[Scene, Queues]:
 
 
 def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
-    """Return parameters with whole numbers made real, and empty lists strings, where meant so."""
+    """Return parameters in the type that is meant, be they whole, real, or an empty list."""
     flat = Scene().flat()
     result = []
     for parameter in parameters:
         default, value = flat.get(parameter.name), parameter.value
         whole = isinstance(value, int) and not isinstance(value, bool)
         is_list = isinstance(value, (list, bytes, array.array))
-        if isinstance(default, float) and whole:
+        if isinstance(default, int) and isinstance(value, float) and value.is_integer():
+            parameter = Parameter(parameter.name, Parameter.Type.INTEGER, int(value))
+        elif isinstance(default, float) and whole:
             parameter = Parameter(parameter.name, Parameter.Type.DOUBLE, float(value))
         elif isinstance(default, tuple) and isinstance(default[0], str) and is_list and not value:
             parameter = Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
@@ -197,6 +200,9 @@ class SafeParameterService(ParameterService):
                 name, kind = shown(message.name), message.value.type
                 raise refuse(f'the type of {name}', kind, '0 to 9', 'see ParameterType') from None
         parameters = typed(parameters)
+        for name, count in Counter(parameter.name for parameter in parameters).items():
+            if count > 1:
+                raise refuse(f'the number of {shown(name)}', count, '1', 'give it once')
         self._check(parameters)
         for message, parameter in zip(messages, parameters, strict=True):
             if not self._is_fixed(parameter.name):
