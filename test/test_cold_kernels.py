@@ -1,5 +1,9 @@
 """A change that needs kernels which were never compiled on the machine."""
 
+import subprocess
+import sys
+
+from conftest import ROOT
 from ros_messages import regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
@@ -18,3 +22,24 @@ def test_the_cloth_goes_on_while_they_are_compiled(start_cloth, probe, tmp_path,
     probe.spin_until(lambda: node.output.count('stability limit') == 2)
     assert len(particles) > 20
     probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 120))
+
+
+ENDING = """
+import time
+from cloth_ros.model.background import Background
+
+def make():
+    time.sleep(0.5)
+    print('made')
+
+Background(make)
+print('the end')
+"""
+
+
+def test_a_process_ends_when_what_is_compiled_beside_it_is_done():
+    """Python's own end takes what LLVM uses from under the thread."""
+    found = subprocess.run(
+        [sys.executable, '-c', ENDING], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    assert found.stdout == 'the end\nmade\n'

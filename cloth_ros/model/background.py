@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import sys
 import threading
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
+from weakref import WeakSet
 
 import numpy as np
 
@@ -44,6 +46,7 @@ class Background(Generic[T]):
         self.made: T | None = None
         self.error: BaseException | None = None
         self._make = make
+        _all.add(self)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -65,6 +68,16 @@ class Background(Generic[T]):
     def done(self) -> bool:
         """True if it is made, or will not be."""
         return not self._thread.is_alive()
+
+
+_all: WeakSet[Background[Any]] = WeakSet()
+
+
+@atexit.register
+def _wait_for_all() -> None:
+    """Wait at the end of the process: it would take what LLVM uses from under a thread in it."""
+    for each in list(_all):
+        each.wait()
 
 
 def compile_for(scene: Scene, spacing: int = 1) -> None:
