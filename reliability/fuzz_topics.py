@@ -115,7 +115,10 @@ class Sender:
     def __init__(self, running: Live, tally: Tally, *, exactly: bool) -> None:
         self._running, self._tally, self._exactly = running, tally, exactly
         listener = running.listener
-        self._out = {topic: listener.publisher(kind, f'/{topic}') for topic, kind in KINDS.items()}
+        # As deep as a batch is long: what the node has not heard yet must not be displaced.
+        self._out = {
+            topic: listener.publisher(kind, f'/{topic}', _BATCH) for topic, kind in KINDS.items()
+        }
         self._before = self._counted()
         self._bad = Counter(self._before)
         self._sent = 0

@@ -169,9 +169,9 @@ class Probe(Node):
         self.spin_until(lambda: self.count_publishers(topic) > 0)
         return messages
 
-    def publisher(self, kind: type, topic: str):
+    def publisher(self, kind: type, topic: str, depth: int = 10):
         """Return a publisher that has been discovered."""
-        publisher = self.create_publisher(kind, topic, 10)
+        publisher = self.create_publisher(kind, topic, depth)
         self.spin_until(publisher.get_subscription_count)
         return publisher
 

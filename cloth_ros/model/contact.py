@@ -132,9 +132,9 @@ class SphereContact:
         self._new = True
 
     def go_on_from(self, other: SphereContact) -> None:
-        """Take over how large another sphere of the same radius has grown."""
+        """Take over how large another sphere of the same radius has grown, and how deep it is."""
         if other._radius == self._radius:
-            self.radius, self._new = other.radius, other._new
+            self.radius, self._new, self.deepest = other.radius, other._new, other.deepest
 
     @property
     def placing(self) -> Placing:
