@@ -69,6 +69,27 @@ def test_an_overloaded_machine_keeps_the_ticks_and_loses_time():
     assert pacing.load(substep) == pytest.approx(2, rel=0.01)
 
 
+def test_one_tick_that_was_stopped_in_its_middle_makes_no_slow_motion():
+    pacing, substep = Pacing(), TICK / 40
+    for n in range(200):
+        count = pacing.due(10.0 if n == 101 else TICK, substep, TICK, 0.1, TICK)
+        pacing.done(count, substep, 10.0 if n == 100 else count * 0.2 * substep)
+        if n == 101:
+            assert pacing.take_report()[1] == pytest.approx(9.9, abs=0.1)
+    assert pacing.take_report()[1] == 0
+    assert pacing.pending < substep
+
+
+def test_what_has_become_dear_is_noticed_within_three_ticks():
+    pacing, substep = Pacing(), TICK / 40
+    for _ in range(100):
+        pacing.done(pacing.due(TICK, substep, TICK, 0.1, TICK), substep, 0.1 * TICK)
+    for _ in range(3):
+        count = pacing.due(TICK, substep, TICK, 0.1, TICK)
+        pacing.done(count, substep, count * 50 * substep)
+    assert pacing.due(TICK, substep, TICK, 0.1, TICK) <= 4
+
+
 def test_a_stall_is_made_up_as_far_as_allowed():
     pacing, substep = Pacing(), TICK / 10
     pacing.done(1, substep, 1e-6)

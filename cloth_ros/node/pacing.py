@@ -8,6 +8,8 @@ import math
 _SHARE = 0.8
 # Weight of the newest tick in the running mean of the cost of a substep.
 _NEWEST = 0.1
+# How much dearer than the mean a tick is believed to be before the next one has said the same.
+_SURPRISING = 10
 # Ticks that one tick may always make up: itself, late by what is ordinary.
 _ORDINARY = 1.5
 
@@ -34,6 +36,7 @@ class Pacing:
         self.pending = 0.0
         self.lost = 0.0
         self._cost: float | None = None
+        self._last = 0.0
         self._elapsed = 0.0
         self._simulated = 0.0
         self._factor = 0.0
@@ -79,8 +82,13 @@ class Pacing:
         """Note that `count` substeps were simulated, which took `wall` s."""
         self.pending -= count * substep
         self._simulated += count * substep
-        cost = wall / count
-        self._cost = cost if self._cost is None else self._cost + _NEWEST * (cost - self._cost)
+        before, self._last = self._last, wall / count
+        if self._cost is None:
+            self._cost = self._last
+            return
+        # Who was stopped in the middle of a tick has not become slow.
+        likely = min(self._last, max(_SURPRISING * self._cost, before))
+        self._cost += _NEWEST * (likely - self._cost)
 
     def expect(self, cost: float) -> None:
         """Take `cost`, s, for that of a substep until it is measured."""
