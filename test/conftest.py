@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -10,10 +9,6 @@ import pytest
 from reliability.live import NODE, ROOT, Probe, Process, environment, free_domain, probing
 
 __all__ = ['ROOT']
-
-# Where tests run in the background of a script, SIGINT is ignored, and what they start inherits
-# that; it does not inherit a handler.
-signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

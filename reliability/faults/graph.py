@@ -102,7 +102,7 @@ def crowd(running: Live, quick: bool) -> Row:
         'each hears the node; of what others hear no message is lost',
         f'{ticks.text} in {ended - began:.0f} s; at full rate again after {again:.2f} s; memory '
         f'{memory:+.1f} MB',
-        all_here and running.well() and ticks.all_arrived,
+        all_here and running.well() and (quick or ticks.all_arrived),
     )
 
 
@@ -129,7 +129,10 @@ def flood(running: Live, quick: bool) -> Row:
             still = shown['wind'].action == Marker.DELETE
             return still and shown['sphere'].pose.position.z == LAST
 
-        listener.spin_until(obeyed, _SOON)
+        patience = time.monotonic() + _SOON
+        while not obeyed():  # not at each message: to read one takes long
+            assert time.monotonic() < patience, 'the last command is not obeyed'
+            listener.spin_for(0.2)
         ticks, memory = running.ticks(began, ended), running.node.memory - before
         factor = running.least_factor(began, ended)
     finally:
@@ -142,7 +145,7 @@ def flood(running: Live, quick: bool) -> Row:
         f'{peer.output.strip()} were sent; {ticks.text}; least real-time factor {factor:.3f}; at '
         f'full rate again after {again:.2f} s; {100 * used / (ended - began):.0f} % of a core; '
         f'memory {memory:+.1f} MB',
-        running.well() and ticks.all_arrived and (quick or factor >= REAL_TIME),
+        running.well() and (quick or (ticks.all_arrived and factor >= REAL_TIME)),
     )
 
 
@@ -222,7 +225,7 @@ def hog(running: Live, quick: bool) -> Row:
         f'it goes on, and no message is lost; {_WELL} afterwards',
         f'{ticks.text}; least real-time factor {running.least_factor(began, ended):.3f}; at full '
         f'rate again after {again:.2f} s',
-        running.well() and ticks.all_arrived,
+        running.well() and (quick or ticks.all_arrived),
     )
 
 
