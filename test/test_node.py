@@ -359,7 +359,7 @@ def test_the_example_watches_it(start_cloth, start):
     start_cloth()
     watch = start(sys.executable, '-u', 'examples/watch.py')
     watch.wait_for_output(' Hz ')
-    assert watch.stop(patience=5.0) == 0
+    assert watch.stop(patience=5.0) == 0, watch.output
     assert 'Traceback' not in watch.output
 
 

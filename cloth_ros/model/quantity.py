@@ -87,6 +87,11 @@ def one_line(text: str) -> str:
     return ''.join(c if c.isprintable() else '?' for c in ' '.join(text.split()))
 
 
+def described(error: BaseException) -> str:
+    """Return what kind of error it is, and its text, on one line."""
+    return one_line(f'{type(error).__name__}: {error}')
+
+
 def shown(value: object) -> str:
     """Return a value as an error shows it: on one line, and short."""
     if isinstance(value, array.array):  # as rclpy gives lists of numbers

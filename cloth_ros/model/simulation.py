@@ -218,12 +218,12 @@ class Simulation:
             return
         guard, method = self._guard, self._method
         guard.open(self._state)
-        begin = self._begin = self._mark()
+        self._begin = self._mark()
         for division in DIVISIONS:
             if division < guard.division:
                 continue
             if division > guard.division:
-                self._go_back(begin)
+                self._go_back()
                 guard.divide(division)
             yield from self._run(method, count, h, division)
             touched = self._contact is not None and self._contact.touched
@@ -232,18 +232,18 @@ class Simulation:
                 return
         if guard.limit(self._state, work) and self._accept(work):
             return
-        self._go_back(begin)
+        self._go_back()
         guard.repeats.damped += 1
         yield from self._run(self._damped(h), count, h, DAMPED_DIVISION)
         if self._accept(self._take_work()):
             return
-        self._go_back(begin)
+        self._go_back()
         guard.repeats.held += 1
         self._state.velocity[...] = 0
         self._moved(count * h)
         self._take_work()
         if not self._accept(math.inf):  # not even contact alone, from rest
-            self._go_back(begin)
+            self._go_back()
             self._state.velocity[...] = 0
             self._time += count * h
             self._accept(math.inf)
@@ -263,7 +263,7 @@ class Simulation:
             yield from method.run(self._state, blocks, self._moved, self._watched)
         except BaseException:  # Ctrl-C, or whoever iterates has closed: within a substep
             if self.guarded and self._guard.has_state:
-                self._go_back(self._begin)
+                self._go_back()
             raise
 
     def _damped(self, h: float) -> Stepping:
@@ -287,11 +287,11 @@ class Simulation:
         """Return the time, and where and how large the sphere is."""
         return self._time, None if self._contact is None else self._contact.placing
 
-    def _go_back(self, mark: tuple[float, Placing | None]) -> None:
+    def _go_back(self) -> None:
         """Return to the last good state, and to what was marked with it."""
         self._guard.go_back(self._state)
         self._take_work()
-        self._time, placing = mark
+        self._time, placing = self._begin
         if self._contact is not None and placing is not None:
             self._contact.go_back(placing)
 

@@ -19,7 +19,7 @@ from ..model.background import Background, compile_for
 from ..model.coarse import cloth_on, take_over
 from ..model.error_monitor import ErrorMonitor
 from ..model.guard import Repeats
-from ..model.quantity import one_line
+from ..model.quantity import described
 from ..model.substeps import method_for
 from .clock_step import wake_after_steps
 from .clock_topic import SafeClockNode
@@ -41,10 +41,6 @@ _LONGEST_PAUSE = 1.0  # s, of which there is a share for the error estimate
 _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping makes it 5 %
 # To wait for kernels before the cloth goes on without them, s: with a tick, no time is lost.
 _AT_ONCE = 0.03
-
-
-def _reason(error: BaseException) -> str:
-    return f'{type(error).__name__}: {one_line(str(error))}'
 
 
 class ClothNode(SafeClockNode):
@@ -189,7 +185,7 @@ class ClothNode(SafeClockNode):
         error, self._coming_level = self._coming_level.error, None
         level = self._overload.level
         if error is not None:
-            self._log.error(f'overload, {level.text}: cannot be compiled, {_reason(error)}')
+            self._log.error(f'overload, {level.text}: cannot be compiled, {described(error)}')
             return
         self._go_on_with(level)
         self._log.warning(f'overload, {level.text}: {self._solution()}')
@@ -295,7 +291,7 @@ class ClothNode(SafeClockNode):
                 # The same would fail at each tick.
                 self._not_made = self._next
                 self._log.error(
-                    f'the kernels for what has changed cannot be compiled ({_reason(error)}): '
+                    f'the kernels for what has changed cannot be compiled ({described(error)}): '
                     'the cloth stays as it was, and parameters say what was asked for; set one '
                     'to try all of them again'
                 )
