@@ -8,7 +8,7 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from . import command_line, log_folder
+from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
 from .executor import quickest_executor
 from .main import Stop
@@ -35,6 +35,7 @@ def run(stop: Stop, args: list[str] | None) -> None:
             command_line.check_files(given)
             # Logs are worth less than the cloth.
             all_args = [*given, *log_folder.WITHOUT_FILES] if unwritable else given
+            shared_memory.enlarge()
             rclpy.init(args=all_args, signal_handler_options=SignalHandlerOptions.NO)
             command_line.check_rest(given)
             executor = quickest_executor()

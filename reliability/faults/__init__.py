@@ -12,17 +12,9 @@ from collections.abc import Callable
 from ..live import Live
 from ..record import Row
 from .clocks import clock_jumps, clock_stands, system_clock
-from .graph import (
-    crowd,
-    flood,
-    hog,
-    hung_subscriber,
-    killed_subscriber,
-    namesakes,
-    parameters,
-    stopped,
-)
+from .graph import flood, hog, namesakes, parameters, stopped
 from .starts import changing, compiling, log_folder, loopback, signals
+from .subscribers import crowd, hung_subscriber, killed_subscriber
 
 # A sphere that takes part, out of reach of the cloth, for what is commanded.
 SCENE = ('-p', 'sphere.radius:=0.1', '-p', 'sphere.position:=[0.0, 0.0, -5.0]')
@@ -30,9 +22,6 @@ SCENE = ('-p', 'sphere.radius:=0.1', '-p', 'sphere.position:=[0.0, 0.0, -5.0]')
 # On one node, one after the other: what one does to it is there for the next.
 SHARED: tuple[Callable[[Live, bool], Row], ...] = (
     stopped,
-    hung_subscriber,
-    killed_subscriber,
-    crowd,
     flood,
     parameters,
     hog,
@@ -41,6 +30,9 @@ SHARED: tuple[Callable[[Live, bool], Row], ...] = (
     namesakes,
 )
 ALONE: tuple[Callable[[bool], Row], ...] = (
+    hung_subscriber,
+    killed_subscriber,
+    crowd,
     system_clock,
     loopback,
     log_folder,

@@ -1,4 +1,4 @@
-"""Faults of what sits beside a running node, and of its process; on one node, in a row."""
+"""Faults of what commands a running node, of what is beside it and of its process, in a row."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from ..arrivals import REAL_TIME, SELDOM
+from ..arrivals import REAL_TIME
 from ..live import NODE, Live, to_set
 from ..peers import LAST, PEER
 from ..record import Row
@@ -46,63 +46,6 @@ def stopped(running: Live, quick: bool) -> Row:
         f'{running.ticks(began - 1.0, last.at).text}; at full rate again after {again:.2f} s; '
         f'{made_up:+.2f} s made up',
         running.well() and made_up < _MAX_TICK + _INEXACT and (quick or made_up > -_INEXACT),
-    )
-
-
-def _subscriber(running: Live, quick: bool, number: int, what: str) -> Row:
-    seconds = 2.5 if quick else 10.0
-    peer = running.beside(*PEER, 'subscribe')
-    try:
-        peer.wait_for_output('subscribed')
-        before = running.node.memory
-        running.recover(time.monotonic())
-        began = time.monotonic()
-        peer.process.send_signal(number)
-        running.listener.spin_for(seconds)
-        ended = time.monotonic()
-        running.recover(ended, _SOON)
-        ticks, memory = running.ticks(began, ended), running.node.memory - before
-    finally:
-        peer.stop(signal.SIGKILL)
-    return Row(
-        what,
-        'others are served as before: no message is lost, at most '
-        f'{100 * SELDOM:g} % of the ticks are late or missing',
-        f'{ticks.text}; memory {memory:+.1f} MB',
-        running.well() and (quick or ticks.as_before),
-    )
-
-
-def hung_subscriber(running: Live, quick: bool) -> Row:
-    """A reliable subscriber that is stopped, and so acknowledges nothing."""
-    return _subscriber(running, quick, signal.SIGSTOP, 'a reliable subscriber that hangs')
-
-
-def killed_subscriber(running: Live, quick: bool) -> Row:
-    """A reliable subscriber that is killed, and so never says that it is gone."""
-    return _subscriber(running, quick, signal.SIGKILL, 'a reliable subscriber that is killed')
-
-
-def crowd(running: Live, quick: bool) -> Row:
-    """Participants that come and go, the last ten killed."""
-    count = 12 if quick else 100
-    before, began = running.node.memory, time.monotonic()
-    peer = running.beside(*PEER, 'crowd', str(count))
-    try:
-        running.listener.spin_until(lambda: not peer.alive)
-        ended = time.monotonic()
-        again = running.recover(ended, _SOON)
-        ticks, memory = running.ticks(began, ended), running.node.memory - before
-        all_here = 'all were here' in peer.output
-    finally:
-        peer.stop(signal.SIGKILL)
-    # As participants leave, Fast DDS holds up whoever publishes for some tenths of a second.
-    return Row(
-        f'{count} subscribers that come and go',
-        'each hears the node; of what others hear no message is lost',
-        f'{ticks.text} in {ended - began:.0f} s; at full rate again after {again:.2f} s; memory '
-        f'{memory:+.1f} MB',
-        all_here and running.well() and (quick or ticks.all_arrived),
     )
 
 

@@ -1,0 +1,111 @@
+"""Faults of those who listen to a running node, beside others who must not notice."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from visualization_msgs.msg import MarkerArray
+
+from ..arrivals import SELDOM
+from ..live import Live, live
+from ..peers import DEPTH, PEER
+from ..record import Row
+
+# Its markers are larger than what Fast DDS has room for by default.
+_SCENE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
+_SOON = 30.0  # s, within which all must be well again
+_LONGEST = 1.0  # s, without markers on a machine that may be busy
+_MARKERS = 0.1  # s, three times the period of the markers
+
+
+class _Viewer:
+    """Subscribes to markers, as RViz does, and notes when they come."""
+
+    def __init__(self, running: Live) -> None:
+        self._times: list[float] = []
+        running.listener.create_subscription(
+            MarkerArray, '/cloth/markers', self._note, DEPTH, raw=True
+        )
+        running.listener.spin_until(lambda: self._times, _SOON)
+
+    def _note(self, _: bytes) -> None:
+        self._times.append(time.monotonic())
+
+    def longest_pause(self, since: float, until: float) -> float:
+        """Return the longest time without markers, s."""
+        times = [each for each in self._times if since <= each <= until]
+        return float(np.diff([since, *times, until]).max())
+
+
+@contextmanager
+def _watched() -> Iterator[tuple[Live, _Viewer]]:
+    with live(*_SCENE) as running:
+        yield running, _Viewer(running)
+
+
+def _subscriber(quick: bool, number: int, what: str) -> Row:
+    seconds = 2.5 if quick else 10.0
+    with _watched() as (running, viewer):
+        peer = running.beside(*PEER, 'subscribe')
+        try:
+            peer.wait_for_output('subscribed')
+            before = running.node.memory
+            running.recover(time.monotonic())
+            began = time.monotonic()
+            peer.process.send_signal(number)
+            running.listener.spin_for(seconds)
+            ended = time.monotonic()
+            running.recover(ended, _SOON)
+            ticks, memory = running.ticks(began, ended), running.node.memory - before
+            pause = viewer.longest_pause(began, ended)
+        finally:
+            peer.stop(signal.SIGKILL)
+        well = running.well()
+    return Row(
+        what,
+        'others are served as before: no message of particles is lost, at most '
+        f'{100 * SELDOM:g} % of the ticks are late or missing, and markers of 64 × 64 particles '
+        f'never pause for {_MARKERS:g} s',
+        f'{ticks.text}; the longest pause of the markers {pause:.3f} s; memory {memory:+.1f} MB',
+        well and pause < (_LONGEST if quick else _MARKERS) and (quick or ticks.as_before),
+    )
+
+
+def hung_subscriber(quick: bool) -> Row:
+    """A reliable subscriber that is stopped, and so acknowledges nothing."""
+    return _subscriber(quick, signal.SIGSTOP, 'a reliable subscriber that hangs')
+
+
+def killed_subscriber(quick: bool) -> Row:
+    """A reliable subscriber that is killed, and so never says that it is gone."""
+    return _subscriber(quick, signal.SIGKILL, 'a reliable subscriber that is killed')
+
+
+def crowd(quick: bool) -> Row:
+    """Participants that come and go, the last ten killed."""
+    count = 12 if quick else 100
+    with _watched() as (running, viewer):
+        before, began = running.node.memory, time.monotonic()
+        peer = running.beside(*PEER, 'crowd', str(count))
+        try:
+            running.listener.spin_until(lambda: not peer.alive)
+            ended = time.monotonic()
+            again = running.recover(ended, _SOON)
+            ticks, memory = running.ticks(began, ended), running.node.memory - before
+            pause = viewer.longest_pause(began, ended)
+            all_here = 'all were here' in peer.output
+        finally:
+            peer.stop(signal.SIGKILL)
+        well = running.well()
+    # As participants leave, Fast DDS holds up whoever publishes for some tenths of a second.
+    return Row(
+        f'{count} subscribers that come and go',
+        'each hears the node; of what others hear no message of particles is lost',
+        f'{ticks.text} in {ended - began:.0f} s; the longest pause of the markers {pause:.3f} s; '
+        f'at full rate again after {again:.2f} s; memory {memory:+.1f} MB',
+        all_here and well and (quick or ticks.all_arrived),
+    )
