@@ -229,9 +229,6 @@ def test_a_study_that_is_stopped_goes_on_where_it_was(scene_path, tmp_path):
     command = [sys.executable, '-m', 'cloth_ros.tradeoff.main', str(scene_path), '--quick']
     command += ['--seconds', '0.2', '--out', str(tmp_path)]
     parts = tmp_path / 'small' / 'parts'
-    # Where tests run in the background of a script, SIGINT is ignored, and children inherit that;
-    # they do not inherit a handler.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     # In a session of its own: the signal is for it alone.
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True

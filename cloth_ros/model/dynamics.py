@@ -16,10 +16,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from . import aerodynamics, springs
+from . import aerodynamics, passes, springs
 from .lattice import Array, Lattice
 from .methods.steps import Step
-from .passes import Pass, compose
 from .scene import Scene
 from .state import State
 from .team import CHUNK, team_of
@@ -86,7 +85,7 @@ class Dynamics:
         many = lattice.rows * lattice.columns >= _WORTH_THREADS
         self._team = team_of(scene.solver.threads if many else 1)
         apart = apart or self.dissipative
-        self._kernel = compose(
+        self._kernel = passes.compose(
             *(name in present for name in ('structural', 'shear', 'bending')),
             self.damped,
             scene.has_air,
@@ -115,7 +114,7 @@ class Dynamics:
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; `apart` must be true."""
-        self._make(state, np.array([(Pass.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)]))
+        self._make(state, np.array([(passes.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)]))
 
     def take_work(self) -> float:
         """Return the work of the air on what it has sped up since the last call, J."""
@@ -127,21 +126,21 @@ class Dynamics:
         """Yield the passes of a step: kind, decay, gain, drift, dashpots, air; see `passes`."""
         h, drift, weight = step
         if h is None:
-            yield (Pass.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
+            yield (passes.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
             return
         decay, gain = self._drag_of(h)
         if not self._apart and (weight == 0 or not self.dissipative):
-            yield (Pass.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
+            yield (passes.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
             return
         dashpots = weight * self._dashpots
-        yield (Pass.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
+        yield (passes.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
         if self._air:
-            yield (Pass.FACETS, 1.0, 0.0, 0.0, 0.0, 0.0)
+            yield (passes.FACETS, 1.0, 0.0, 0.0, 0.0, 0.0)
         if self.damped:
             first = self._drag_of(0.5 * h)
-            yield (Pass.KICK_MIDDLE, *first, 0.0, 0.0, weight * first[1] * self._air)
-            yield (Pass.ACCELERATE_MIDDLE, 1.0, 0.0, 0.0, dashpots, 0.0)
-        yield (Pass.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
+            yield (passes.KICK_MIDDLE, *first, 0.0, 0.0, weight * first[1] * self._air)
+            yield (passes.ACCELERATE_MIDDLE, 1.0, 0.0, 0.0, dashpots, 0.0)
+        yield (passes.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
 
     def _make(self, state: State, table: Array) -> None:
         """Make the passes of a table."""
@@ -162,7 +161,7 @@ class Dynamics:
             self._bounds,
             self._work,
         )
-        if np.count_nonzero(table[:, 0] <= Pass.KICK) % 2:
+        if np.count_nonzero(table[:, 0] <= passes.KICK) % 2:
             state.position, state.other = state.other, state.position
 
     def _drag_of(self, h: float) -> tuple[float, float]:

@@ -10,7 +10,6 @@ not in the code that is compiled for it.
 from __future__ import annotations
 
 import functools
-from enum import IntEnum
 
 import numpy as np
 
@@ -19,22 +18,16 @@ from .compile import Kernel, inlined, kernel
 from .springs import pull_all
 from .team import announce, chunk_size, claim, finish, wait
 
-
-class Pass(IntEnum):
-    """What a pass does; those up to `KICK` write new positions."""
-
-    DRIFT = 0
-    KICK_BY_SPRINGS = 1  # with gravity and drag, and drift
-    KICK = 2  # by the accelerations, drag and air, and drift
-    KICK_MIDDLE = 3  # the same, but write velocities elsewhere and do not drift
-    ACCELERATE = 4  # by springs, gravity and dashpots
-    ACCELERATE_MIDDLE = 5  # the same, with the velocities from there
-    FACETS = 6  # of the triangles
-
-
-# Constants of the kernel, which Numba takes as such.
-_DRIFT, _KICK_BY_SPRINGS, _KICK, _KICK_MIDDLE, _ACCELERATE, _ACCELERATE_MIDDLE, _FACETS = range(7)
-
+# What a pass does; those up to KICK write new positions.  Plain numbers: Numba takes them as
+# constants, and NumPy, which looks for its own methods in what it compares with, finds nothing to
+# run there, where it would keep Ctrl-C to itself.
+DRIFT = 0
+KICK_BY_SPRINGS = 1  # with gravity and drag, and drift
+KICK = 2  # by the accelerations, drag and air, and drift
+KICK_MIDDLE = 3  # the same, but write velocities elsewhere and do not drift
+ACCELERATE = 4  # by springs, gravity and dashpots
+ACCELERATE_MIDDLE = 5  # the same, with the velocities from there
+FACETS = 6  # of the triangles
 
 # Columns of the table: the kind, what a kick multiplies velocities and accelerations by, the drift
 # after it, and the strength of dashpots and air.
@@ -161,9 +154,9 @@ def compose(
             while chunk >= 0:
                 first = np.uint64(begin + chunk * size)
                 last = np.uint64(min(begin + (chunk + 1) * size, end))
-                if kind == _DRIFT:
+                if kind == DRIFT:
                     _drift(first, last, position, other, velocity, h)
-                elif kind == _KICK_BY_SPRINGS:
+                elif kind == KICK_BY_SPRINGS:
                     for i in range(first, last):
                         x, y, z = pull_all(
                             position, velocity, i, row, springs, dashpots,
@@ -178,24 +171,24 @@ def compose(
                         other[1, i] = position[1, i] + h * v
                         other[2, i] = position[2, i] + h * w
                 elif apart:
-                    if kind == _ACCELERATE:
+                    if kind == ACCELERATE:
                         _accelerate(
                             first, last, position, velocity, acceleration, free, row, springs,
                             dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
-                    elif kind == _ACCELERATE_MIDDLE and damped:
+                    elif kind == ACCELERATE_MIDDLE and damped:
                         _accelerate(
                             first, last, position, middle, acceleration, free, row, springs,
                             dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
-                    elif kind == _FACETS and air:
+                    elif kind == FACETS and air:
                         _facets(first, last, position, facets, row, bounds)
-                    elif kind == _KICK_MIDDLE and damped:
+                    elif kind == KICK_MIDDLE and damped:
                         _kick(
                             first, last, velocity, middle, acceleration, facets, free, row, wind,
                             decay, gain, strength, bounds, air,
                         )  # fmt: skip
-                    elif kind == _KICK:
+                    elif kind == KICK:
                         work[chunk] += _kick(
                             first, last, velocity, middle, acceleration, facets, free, row, wind,
                             decay, gain, strength, bounds, air,
@@ -205,7 +198,7 @@ def compose(
                 finish(counters)
                 chunk = claim(counters, thread, threads, chunks, n)
             wait(counters, chunks, n)
-            if kind <= _KICK:
+            if kind <= KICK:
                 position, other = other, position
 
     return make

@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
+from ..interrupt import Stop
 from ..messages.diagnostics import diagnostics_message
 from ..model import Cloth, Scene
 from ..model.background import Background, compile_for
@@ -24,7 +25,6 @@ from ..model.substeps import method_for
 from .clock_step import wake_after_steps
 from .clock_topic import SafeClockNode
 from .frames import Frames
-from .main import Stop
 from .namesakes import Namesakes
 from .outputs import Output, States
 from .overload import Level, Overload

@@ -7,59 +7,19 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from types import FrameType
 from typing import NoReturn
 
-
-class Interrupt(BaseException):
-    """
-    A signal asks to stop.
-
-    Not KeyboardInterrupt: where one passes through `exec`, which Numba uses, Python ends itself by
-    SIGINT although it was caught.
-    """
-
-
-class Stop:
-    """
-    What SIGINT and SIGTERM ask for.
-
-    They raise `Interrupt` while the node is being made, which may take long; after that they only
-    leave word.
-
-    Attributes
-    ----------
-    asked
-        True once a signal has come.
-
-    """
-
-    def __init__(self) -> None:
-        self.asked = False
-        self._raising = True
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._ask)
-
-    def _ask(self, _: int, __: FrameType | None) -> None:
-        self.asked = True
-        if self._raising:
-            self._raising = False
-            raise Interrupt
-
-    def defer(self) -> None:
-        """Raise no longer, from here on."""
-        self._raising = False
+from ..interrupt import Stop
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
-    stop = Stop()
+    stop = Stop(signal.SIGINT, signal.SIGTERM)
     try:
         from .run import run
 
         run(stop, args)
     except BaseException as error:
-        # On its way up an interrupt may become something else: an import makes it ImportError.
         return 0 if stop.asked else _explain(error)
     return 0
 

@@ -8,10 +8,10 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
+from ..interrupt import Stop
 from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
 from .executor import quickest_executor
-from .main import Stop
 
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 

@@ -25,11 +25,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Scene
+from ..model import Scene, passes
 from ..model.dynamics import Dynamics
 from ..model.lattice import Array, Lattice, flat_sheet
 from ..model.methods.steps import Block
-from ..model.passes import Pass
 from ..model.springs import families
 from ..model.state import State
 from ..model.substeps import method_for
@@ -99,7 +98,7 @@ class _Balanced(Dynamics):
         for row in table:
             position = state.position
             super()._make(state, row[None])
-            if row[0] in (Pass.ACCELERATE, Pass.ACCELERATE_MIDDLE):
+            if row[0] in (passes.ACCELERATE, passes.ACCELERATE_MIDDLE):
                 state.acceleration -= self._undisturbed
             if self.held:
                 state.position[...] = position

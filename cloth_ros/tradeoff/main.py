@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import signal
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from ..interrupt import Stop
 from ..model import Scene
 from ..model.quantity import checked_vector
 
@@ -120,7 +122,9 @@ class _Bar:
         self._bar.close()
 
 
-def _study(name: str, scene: Scene, arguments: argparse.Namespace, folder: Path) -> None:
+def _study(
+    name: str, scene: Scene, arguments: argparse.Namespace, folder: Path, stop: Stop
+) -> None:
     import shutil
 
     from . import plot, report
@@ -139,11 +143,16 @@ def _study(name: str, scene: Scene, arguments: argparse.Namespace, folder: Path)
         print(f'{name}: has no sphere to send anywhere; --sphere is left out', file=sys.stderr)
     options = Options(arguments.quick, arguments.seconds, goal, arguments.over)
     bar = _Bar(name)
+
+    def progress(text: str, seconds: float) -> None:
+        stop.check()
+        bar(text, seconds)
+
     start = time.perf_counter()
     try:
-        bar('compiling, and up to the first gust', 0.0)
+        progress('compiling, and up to the first gust', 0.0)
         store = Store(parts)
-        study = Study(name, scene, Schedule(scene, options, store), store, bar)
+        study = Study(name, scene, Schedule(scene, options, store), store, progress)
         bar.expect(study.expected)
         result = study.run()
     finally:
@@ -155,34 +164,47 @@ def _study(name: str, scene: Scene, arguments: argparse.Namespace, folder: Path)
     print(report.recommendation(result), flush=True)
 
 
+def _run(arguments: argparse.Namespace, stop: Stop) -> None:
+    """Study every scene that is named."""
+    if arguments.seconds is not None:
+        _positive('--seconds', arguments.seconds)
+    _positive('--over', arguments.over)
+    if arguments.sphere is not None:
+        checked_vector('--sphere', arguments.sphere, 'sphere.position')
+    for name, scene in _scenes(arguments.scenes).items():
+        folder = Path(arguments.out) / name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ValueError(f'--out {arguments.out}: {error.strerror}') from None
+        _study(name, scene, arguments, folder, stop)
+
+
+def _explain(error: BaseException) -> int:
+    """Say in a line why there is no study, and return the exit code; raise what is no reason."""
+    if isinstance(error, ModuleNotFoundError):
+        reason = f'there is no {error.name}; install it: pip install {error.name}'
+    elif isinstance(error, (ValueError, OSError)):
+        reason = str(error)
+    else:
+        raise error
+    print(f'cloth_tradeoff: {reason}', file=sys.stderr)
+    return 2
+
+
 def main(args: Sequence[str] | None = None) -> int:
-    """Study every scene that is named; return the exit code."""
+    """Study every scene that is named, until Ctrl-C; return the exit code."""
     arguments = _parser().parse_args(args)
+    stop = Stop(signal.SIGINT)
     try:
-        if arguments.seconds is not None:
-            _positive('--seconds', arguments.seconds)
-        _positive('--over', arguments.over)
-        if arguments.sphere is not None:
-            checked_vector('--sphere', arguments.sphere, 'sphere.position')
-        for name, scene in _scenes(arguments.scenes).items():
-            folder = Path(arguments.out) / name
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise ValueError(f'--out {arguments.out}: {error.strerror}') from None
-            _study(name, scene, arguments, folder)
-    except KeyboardInterrupt:
+        _run(arguments, stop)
+    except BaseException as error:
+        if not stop.asked:
+            return _explain(error)
         print('\ncloth_tradeoff: stopped; the same command goes on from here', file=sys.stderr)
         return 130
-    except ModuleNotFoundError as error:
-        print(
-            f'cloth_tradeoff: there is no {error.name}; install it: pip install {error.name}',
-            file=sys.stderr,
-        )
-        return 2
-    except (ValueError, OSError) as error:
-        print(f'cloth_tradeoff: {error}', file=sys.stderr)
-        return 2
+    finally:
+        stop.release()
     return 0
 
 
