@@ -1,11 +1,14 @@
 """Watch a running cloth: what it publishes, in a line each second."""
 
+import signal
+import threading
 import time
 
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
 
@@ -37,13 +40,17 @@ class Watch(Node):
 
 def main() -> None:
     """Watch until Ctrl-C."""
-    rclpy.init()
-    try:
-        rclpy.spin(Watch())
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
+    # It only leaves word: raised within rclpy, or ending the context under a call of it, it would
+    # be an error now and then.
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    executor = SingleThreadedExecutor()
+    executor.add_node(Watch())
+    while not stopped.is_set():
+        executor.spin_once(timeout_sec=0.25)
+    rclpy.shutdown()
 
 
 if __name__ == '__main__':
