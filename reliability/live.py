@@ -33,6 +33,7 @@ from .arrivals import OK, Arrival, Report, Ticks, lost
 
 ROOT = Path(__file__).parent.parent
 PATIENCE = 90.0  # s, for what is bound to happen soon, kernels compiled on a slow machine among it
+SOON = 30.0  # s, within which a node must be well again once a fault is over
 NODE = (sys.executable, '-m', 'cloth_ros.node.main')
 # Ticks at a stretch that make a full rate, and what they may take of the time that is meant: a
 # burst of messages that have waited is none.

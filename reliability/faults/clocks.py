@@ -14,11 +14,10 @@ from pathlib import Path
 from rosgraph_msgs.msg import Clock
 
 from ..arrivals import REAL_TIME
-from ..live import Listener, Live, live
+from ..live import SOON, Listener, Live, live
 from ..record import Row
 from .cannot import CannotDoError
 
-_SOON = 30.0  # s, within which the node must be well again
 _CLOCK_RATE = 200.0  # Hz
 _FIRST = 5000.0  # s, of /clock
 _APART = 0.5  # s, by which simulated time may miss what /clock has gone on by between jumps
@@ -59,7 +58,7 @@ def system_clock(quick: bool) -> Row:
                 clock.shift(shift)
                 jumped = time.monotonic()
                 running.spin_until_stamped(time.time() + shift)
-                again.append(running.recover(jumped, _SOON))
+                again.append(running.recover(jumped, SOON))
             ended = time.monotonic()
             ticks = running.ticks(began, ended, by_arrival=True)
             factor = running.least_factor(began, ended)
@@ -118,13 +117,13 @@ def _simulated_time(running: Live) -> Iterator[SimulatedClock]:
     try:
         clock = SimulatedClock(listener)
         try:
-            running.recover(time.monotonic(), _SOON)
+            running.recover(time.monotonic(), SOON)
             yield clock
         finally:
             clock.end(listener)
     finally:
         listener.set_parameters_of_cloth({'use_sim_time': False})
-    running.recover(time.monotonic(), _SOON)
+    running.recover(time.monotonic(), SOON)
 
 
 def clock_jumps(running: Live, quick: bool) -> Row:
@@ -137,7 +136,7 @@ def clock_jumps(running: Live, quick: bool) -> Row:
             clock.now += jump
             jumped = time.monotonic()
             running.spin_until_stamped(clock.now)
-            again.append(running.recover(jumped, _SOON))
+            again.append(running.recover(jumped, SOON))
             simulated = running.next_report().simulated - simulated
             apart.append(simulated - (clock.now - jump - shown))
         slow = running.node.output.count('slow motion') - before
@@ -163,7 +162,7 @@ def clock_stands(running: Live, quick: bool) -> Row:
         meanwhile = len(listener.particles) - before
         said = 'is there a /clock?' in listener.reports[-1].message
         clock.still = False
-        again = running.recover(time.monotonic(), _SOON)
+        again = running.recover(time.monotonic(), SOON)
     return Row(
         f'/clock stands still for {seconds:g} s',
         'so does the cloth, and the diagnostics say why; it goes on with /clock',

@@ -14,11 +14,10 @@ from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..arrivals import REAL_TIME
-from ..live import NODE, Live, to_set
+from ..live import NODE, SOON, Live, to_set
 from ..peers import LAST, PEER
 from ..record import Row
 
-_SOON = 30.0  # s, within which the node must be well again
 _WELL = 'full rate and real time again'
 _MAX_TICK = 0.1  # s, the default of solver.max_tick
 # s, by which the time between two reports may miss what was simulated between them: each says
@@ -35,7 +34,7 @@ def stopped(running: Live, quick: bool) -> Row:
     running.listener.spin_for(seconds)
     os.kill(running.node.process.pid, signal.SIGCONT)
     continued = time.monotonic()
-    again = running.recover(continued, _SOON)
+    again = running.recover(continued, SOON)
     last = running.next_report()
     ran = last.at - first.at - (continued - began)
     made_up = last.simulated - first.simulated - ran
@@ -57,14 +56,14 @@ def flood(running: Live, quick: bool) -> Row:
     markers = listener.create_subscription(
         MarkerArray, '/cloth/markers', lambda message: newest.append(message), 1, raw=True
     )
-    listener.spin_until(lambda: newest, _SOON)
+    listener.spin_until(lambda: newest, SOON)
     peer = running.beside(*PEER, 'flood', str(rate), str(seconds))
     try:
         before, used, began = running.node.memory, running.node.cpu_seconds, time.monotonic()
         listener.spin_until(lambda: not peer.alive)
         ended = time.monotonic()
         used = running.node.cpu_seconds - used
-        again = running.recover(ended, _SOON)
+        again = running.recover(ended, SOON)
 
         def obeyed() -> bool:
             array = deserialize_message(newest[0], MarkerArray)
@@ -72,7 +71,7 @@ def flood(running: Live, quick: bool) -> Row:
             still = shown['wind'].action == Marker.DELETE
             return still and shown['sphere'].pose.position.z == LAST
 
-        patience = time.monotonic() + _SOON
+        patience = time.monotonic() + SOON
         while not obeyed():  # not at each message: to read one takes long
             assert time.monotonic() < patience, 'the last command is not obeyed'
             listener.spin_for(0.2)
@@ -130,13 +129,13 @@ def parameters(running: Live, quick: bool) -> Row:
                 answers.append(change.call_async(to_set(_another_scene(len(answers)))))
         ended = time.monotonic()
         used = running.node.cpu_seconds - used
-        listener.spin_until(lambda: all(answer.done() for answer in answers), _SOON)
+        listener.spin_until(lambda: all(answer.done() for answer in answers), SOON)
         answered = time.monotonic() - ended
     finally:
         listener.destroy_client(change)
         listener.set_parameters_of_cloth({'wind.air_density': 1.2, 'drag': 0.5})
         kept = running.well()  # which ends a pause
-    again = running.recover(ended, _SOON)
+    again = running.recover(ended, SOON)
     return Row(
         f'parameters changed {rate:g} times a second, resets and pauses among them',
         'every request is answered',
@@ -161,7 +160,7 @@ def hog(running: Live, quick: bool) -> Row:
     finally:
         for each in hogs:
             each.stop(signal.SIGKILL)
-    again = running.recover(time.monotonic(), _SOON)
+    again = running.recover(time.monotonic(), SOON)
     ticks = running.ticks(began, ended)
     return Row(
         'as many busy processes as cores',
@@ -181,7 +180,7 @@ def namesakes(running: Live, quick: bool) -> Row:
         both = running.well() and other.alive
     finally:
         other.end()
-    again = running.recover(time.monotonic(), _SOON)
+    again = running.recover(time.monotonic(), SOON)
     return Row(
         'another node of the same name, which ends again',
         'both live, and both say so',

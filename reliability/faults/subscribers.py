@@ -11,13 +11,12 @@ import numpy as np
 from visualization_msgs.msg import MarkerArray
 
 from ..arrivals import SELDOM
-from ..live import Live, live
+from ..live import SOON, Live, live
 from ..peers import DEPTH, PEER
 from ..record import Row
 
 # Its markers are larger than what Fast DDS has room for by default.
 _SCENE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
-_SOON = 30.0  # s, within which all must be well again
 _LONGEST = 1.0  # s, without markers on a machine that may be busy
 _MARKERS = 0.1  # s, three times the period of the markers
 
@@ -30,7 +29,7 @@ class _Viewer:
         running.listener.create_subscription(
             MarkerArray, '/cloth/markers', self._note, DEPTH, raw=True
         )
-        running.listener.spin_until(lambda: self._times, _SOON)
+        running.listener.spin_until(lambda: self._times, SOON)
 
     def _note(self, _: bytes) -> None:
         self._times.append(time.monotonic())
@@ -59,7 +58,7 @@ def _subscriber(quick: bool, number: int, what: str) -> Row:
             peer.process.send_signal(number)
             running.listener.spin_for(seconds)
             ended = time.monotonic()
-            running.recover(ended, _SOON)
+            running.recover(ended, SOON)
             ticks, memory = running.ticks(began, ended), running.node.memory - before
             pause = viewer.longest_pause(began, ended)
         finally:
@@ -94,7 +93,7 @@ def crowd(quick: bool) -> Row:
         try:
             running.listener.spin_until(lambda: not peer.alive)
             ended = time.monotonic()
-            again = running.recover(ended, _SOON)
+            again = running.recover(ended, SOON)
             ticks, memory = running.ticks(began, ended), running.node.memory - before
             pause = viewer.longest_pause(began, ended)
             all_here = 'all were here' in peer.output
