@@ -348,9 +348,10 @@ class Live:
         return Ticks(len(pauses), late, missing, float(pauses.max()), lost(window))
 
     def least_factor(self, since: float, until: float) -> float:
-        """Return the least real-time factor that was reported in a stretch of time; 0: none."""
-        reports = self.listener.reports
-        return min((each.factor for each in reports if since < each.at <= until), default=0.0)
+        """Return the least real-time factor of whole seconds in a stretch of time; 0: none."""
+        reports = [each for each in self.listener.reports if since < each.at <= until]
+        # The first may speak of the time before.
+        return min((each.factor for each in reports[1:]), default=0.0)
 
     def well(self) -> bool:
         """Tell if the node lives, answers, and has published nothing that is not finite."""

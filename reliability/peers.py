@@ -93,8 +93,13 @@ def flood(rate: str, seconds: str) -> None:
     sphere = node.create_publisher(PoseStamped, '/sphere_pose', DEPTH)
     while not (wind.get_subscription_count() and sphere.get_subscription_count()):
         time.sleep(0.01)
-    start, sent = time.monotonic(), 0
     breeze, place = Vector3Stamped(), PoseStamped()
+    place.pose.position.z = LAST
+    for publisher, message in ((wind, breeze), (sphere, place)):
+        publisher.publish(message)
+        publisher.wait_for_all_acked(Duration(seconds=5))
+    print('heard', flush=True)
+    start, sent = time.monotonic(), 0
     while (now := time.monotonic() - start) < float(seconds):
         if sent >= float(rate) * now:
             time.sleep(1e-4)

@@ -100,7 +100,8 @@ def crowd(quick: bool) -> Row:
         finally:
             peer.stop(signal.SIGKILL)
         well = running.well()
-    # As participants leave, Fast DDS holds up whoever publishes for some tenths of a second.
+    # Before it first writes to a participant, Fast DDS looks at whether that one is alive, and may
+    # hold up whoever publishes for a third of the other's healthy_check_timeout_ms, 1 s.
     return Row(
         f'{count} subscribers that come and go',
         'each hears the node; of what others hear no message of particles is lost',
