@@ -94,10 +94,14 @@ def flood(rate: str, seconds: str) -> None:
     while not (wind.get_subscription_count() and sphere.get_subscription_count()):
         time.sleep(0.01)
     breeze, place = Vector3Stamped(), PoseStamped()
-    place.pose.position.z = LAST
-    for publisher, message in ((wind, breeze), (sphere, place)):
-        publisher.publish(message)
-        publisher.wait_for_all_acked(Duration(seconds=5))
+
+    def calm() -> None:
+        breeze.vector.y, place.pose.position.z = 0.0, LAST
+        for publisher, message in ((wind, breeze), (sphere, place)):
+            publisher.publish(message)
+            publisher.wait_for_all_acked(Duration(seconds=5))
+
+    calm()
     print('heard', flush=True)
     start, sent = time.monotonic(), 0
     while (now := time.monotonic() - start) < float(seconds):
@@ -109,12 +113,7 @@ def flood(rate: str, seconds: str) -> None:
         wind.publish(breeze)
         sphere.publish(place)
         sent += 1
-    breeze.vector.y = 0.0
-    place.pose.position.z = LAST
-    wind.publish(breeze)
-    sphere.publish(place)
-    for publisher in (wind, sphere):
-        publisher.wait_for_all_acked(Duration(seconds=5))
+    calm()
     print(f'{sent / float(seconds):.0f} a second', flush=True)
     rclpy.shutdown()
 
