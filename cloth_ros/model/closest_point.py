@@ -6,6 +6,22 @@ from .compile import exact
 
 
 @exact
+def normal_of(points, a, b, c):  # type: ignore[no-untyped-def]
+    """Return the normal of a triangle, with the length of twice its area, m²."""
+    ux, uy, uz = (
+        points[b, 0] - points[a, 0],
+        points[b, 1] - points[a, 1],
+        points[b, 2] - points[a, 2],
+    )
+    vx, vy, vz = (
+        points[c, 0] - points[a, 0],
+        points[c, 1] - points[a, 1],
+        points[c, 2] - points[a, 2],
+    )
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@exact
 def _on_segment(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
     """Return the squared distance of the segment a b from the origin, and the weight of b."""
     ex, ey, ez = bx - ax, by - ay, bz - az
@@ -41,10 +57,7 @@ def closest_point(points, a, b, c):  # type: ignore[no-untyped-def]
     ax, ay, az = points[a, 0], points[a, 1], points[a, 2]
     bx, by, bz = points[b, 0], points[b, 1], points[b, 2]
     cx, cy, cz = points[c, 0], points[c, 1], points[c, 2]
-    # The normal, with the length of twice the area.
-    ux, uy, uz = bx - ax, by - ay, bz - az
-    vx, vy, vz = cx - ax, cy - ay, cz - az
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nx, ny, nz = normal_of(points, a, b, c)
     squared = nx * nx + ny * ny + nz * nz
     if squared > 0.0:
         # Barycentric weights of the origin's projection: areas of b c o, c a o and a b o.

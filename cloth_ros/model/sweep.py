@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .closest_point import closest_point
+from .closest_point import closest_point, normal_of
 from .compile import exact
 
 _VELOCITY_PASSES = 20
@@ -38,53 +38,43 @@ _CARRIED = 1.8
 @exact
 def _plane_is_beyond(points, a, b, c, reach):  # type: ignore[no-untyped-def]
     """Tell if the plane of a triangle is farther from the origin than `reach`; cheap."""
-    ux, uy, uz = (
-        points[b, 0] - points[a, 0],
-        points[b, 1] - points[a, 1],
-        points[b, 2] - points[a, 2],
-    )
-    vx, vy, vz = (
-        points[c, 0] - points[a, 0],
-        points[c, 1] - points[a, 1],
-        points[c, 2] - points[a, 2],
-    )
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nx, ny, nz = normal_of(points, a, b, c)
     height = nx * points[a, 0] + ny * points[a, 1] + nz * points[a, 2]
     return height * height > reach * reach * (nx * nx + ny * ny + nz * nz)
 
 
 @exact
-def _direction(points, triangle, weights, distance, radius, out):  # type: ignore[no-untyped-def]
-    """Write the unit direction from the origin to the closest point of a triangle."""
-    a, b, c = triangle[0], triangle[1], triangle[2]
+def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[no-untyped-def]
+    """Return the unit direction from the origin to the closest point of a triangle."""
     if distance > 1e-6 * radius:
-        for axis in range(3):
-            out[axis] = (
-                weights[0] * points[a, axis]
-                + weights[1] * points[b, axis]
-                + weights[2] * points[c, axis]
-            ) / distance
-        return
+        return (
+            (wa * points[a, 0] + wb * points[b, 0] + wc * points[c, 0]) / distance,
+            (wa * points[a, 1] + wb * points[b, 1] + wc * points[c, 1]) / distance,
+            (wa * points[a, 2] + wb * points[b, 2] + wc * points[c, 2]) / distance,
+        )
     # The origin lies in the triangle, whose normal is as good as any other way out.
-    u, v = points[b] - points[a], points[c] - points[a]
-    out[0] = u[1] * v[2] - u[2] * v[1]
-    out[1] = u[2] * v[0] - u[0] * v[2]
-    out[2] = u[0] * v[1] - u[1] * v[0]
-    length = np.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
+    nx, ny, nz = normal_of(points, a, b, c)
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
     if length > 0.0:
-        out /= length
-    else:
-        out[0], out[1], out[2] = 0.0, 0.0, 1.0
+        return nx / length, ny / length, nz / length
+    return 0.0, 0.0, 1.0
 
 
 @exact
-def _is_claimed(claimed, stride_number, triangle, weights):  # type: ignore[no-untyped-def]
+def _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
     """Tell if the closest point is a corner that another triangle has been noted for already."""
-    for k in range(3):
-        if weights[k] == 1.0:
-            if claimed[triangle[k]] == stride_number:
-                return True
-            claimed[triangle[k]] = stride_number
+    corner = -1
+    if wa == 1.0:
+        corner = a
+    elif wb == 1.0:
+        corner = b
+    elif wc == 1.0:
+        corner = c
+    else:
+        return False
+    if claimed[corner] == stride_number:
+        return True
+    claimed[corner] = stride_number
     return False
 
 
@@ -112,17 +102,18 @@ def _travel(points, start):  # type: ignore[no-untyped-def]
 
 @exact
 def _push_velocity(  # type: ignore[no-untyped-def]
-    speeds, free, triangle, weights, normal, least, slack, friction
+    speeds, free, triangles, weights, normals, t, least, slack, friction
 ):
-    """Let the contact point recede at `least` m/s or faster; return whether it fell short."""
+    """Let a contact point recede at `least` m/s or faster; return whether it fell short."""
+    triangle, weight, normal = triangles[t], weights[t], normals[t]
     u, v, w = 0.0, 0.0, 0.0
     inverse_mass = 0.0
     for k in range(3):
-        i, weight = triangle[k], weights[k]
-        u += weight * speeds[i, 0]
-        v += weight * speeds[i, 1]
-        w += weight * speeds[i, 2]
-        inverse_mass += free[i] * weight * weight
+        i = triangle[k]
+        u += weight[k] * speeds[i, 0]
+        v += weight[k] * speeds[i, 1]
+        w += weight[k] * speeds[i, 2]
+        inverse_mass += free[i] * weight[k] * weight[k]
     along = u * normal[0] + v * normal[1] + w * normal[2]
     if inverse_mass == 0.0 or along >= least - slack:
         return False
@@ -133,7 +124,7 @@ def _push_velocity(  # type: ignore[no-untyped-def]
     grip = min(friction * push / sliding, 1.0) if sliding > 0.0 else 0.0
     for k in range(3):
         i = triangle[k]
-        share = free[i] * weights[k] / inverse_mass
+        share = free[i] * weight[k] / inverse_mass
         speeds[i, 0] += share * (push * normal[0] - grip * u)
         speeds[i, 1] += share * (push * normal[1] - grip * v)
         speeds[i, 2] += share * (push * normal[2] - grip * w)
@@ -141,17 +132,20 @@ def _push_velocity(  # type: ignore[no-untyped-def]
 
 
 @exact
-def _project(points, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
+def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
     """
     Push triangles out of the sphere until none is deeper than `tolerance`.
 
-    Return whether that was done, and whether pins alone hold some triangle deeper.
+    Triangles had at least these `gaps` to the sphere, and no point has gone farther than `travel`
+    since.  Return whether that was done, and whether pins alone hold some triangle deeper.
     """
-    weights, normal = np.empty(3), np.empty(3)
+    weights = np.empty(3)
     held = False
-    for _ in range(_POSITION_PASSES):
+    for number in range(_POSITION_PASSES):
         clear, held = True, False
         for t in range(len(triangles)):
+            if number == 0 and clear and gaps[t] > travel:  # nothing else has moved it yet
+                continue
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             if _plane_is_beyond(points, a, b, c, radius - tolerance):
                 continue
@@ -169,7 +163,9 @@ def _project(points, free, triangles, radius, tolerance):  # type: ignore[no-unt
                 held = True
                 continue
             clear = False
-            _direction(points, triangles[t], weights, distance, radius, normal)
+            normal = _direction(
+                points, a, b, c, weights[0], weights[1], weights[2], distance, radius
+            )
             # Near a pinned corner the lever is long: no more than half a radius at a time.
             push = min((radius - distance) / inverse_mass, 0.5 * radius / most)
             for k in range(3):
@@ -318,17 +314,19 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
         count = 0
         for t in range(len(triangles)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            gaps[t] = np.inf
+            gaps[t] = reach  # or more
             if _plane_is_beyond(points, a, b, c, radius + reach):
                 continue
-            squared, weights[t, 0], weights[t, 1], weights[t, 2] = closest_point(points, a, b, c)
+            squared, wa, wb, wc = closest_point(points, a, b, c)
             distance = np.sqrt(squared)
             gaps[t] = distance - radius
             if gaps[t] <= reach:
                 clearance = min(clearance, gaps[t])
-                if _is_claimed(claimed, stride_number, triangles[t], weights[t]):
+                if _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):
                     continue
-                _direction(points, triangles[t], weights[t], distance, radius, normals[t])
+                weights[t, 0], weights[t, 1], weights[t, 2] = wa, wb, wc
+                x, y, z = _direction(points, a, b, c, wa, wb, wc, distance, radius)
+                normals[t, 0], normals[t, 1], normals[t, 2] = x, y, z
                 near[count] = t
                 count += 1
         if count == 0:
@@ -345,13 +343,14 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
                 if gaps[t] <= stride * fastest:
                     least = min(-gaps[t] / stride, 0.0)
                     pushed |= _push_velocity(
-                        speeds, free, triangles[t], weights[t], normals[t], least, slack, friction
+                        speeds, free, triangles, weights, normals, t, least, slack, friction
                     )
             if not pushed:
                 break
         start[:] = points
         points += stride * speeds
-        settled, held = _project(points, free, triangles, radius, tolerance)
+        travel = _travel(points, start)
+        settled, held = _project(points, free, triangles, gaps, travel, radius, tolerance)
         strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
         if strayed or not settled:
             _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
