@@ -49,13 +49,14 @@ def test_an_advance_is_interrupted_wherever_it_is(values):
         cloth.advance(0.005)
 
     cloth.advance(0.1)  # compiled, and in touch
+    advance()  # its tables of passes are made
     calls = called(advance)
-    assert calls > 100
+    assert calls > 50
     heard = 0
     for last in range(calls):
         try:
             assert called(advance, last) <= last, 'went on after Ctrl-C'
-        except (KeyboardInterrupt, SystemError):  # Numba's, where a kernel returns arrays
+        except KeyboardInterrupt:
             heard += 1
     assert heard > 0.5 * calls  # not all advances make as many
     cloth.advance(0.1)

@@ -1,132 +1,160 @@
 """
 The part of the sheet that a sphere may touch in a substep.
 
-Rows whose swept bounds are out of the sphere's reach are skipped as a whole; of the others, the
-cells are found whose own bounds are not, and then their particles and triangles.
+Where the sphere is far from the whole sheet, its clearance is counted down, and nothing else is
+done.  Where it is not, the whole sheet is searched for candidates, cells within some margin of the
+sphere, and these are good for as many substeps as it takes to use up the margin: a Verlet list
+(L. Verlet, "Computer 'Experiments' on Classical Fluids", Physical Review 159, 1967).  In each
+substep only their own bounds are looked at, and of those in reach particles and triangles listed.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .compile import exact, reduction
+from .lattice import Array, Lattice
+from .state import State
+
+# Substeps at present speeds that candidates are to last for, unless the sphere is smaller than
+# the way in these: a margin of more than its radius would make too many candidates.
+_LASTS = 16
 
 
 @reduction
-def _row_bounds(position, velocity, first, columns, h, out):  # type: ignore[no-untyped-def]
-    """Write the bounds of a row over the substep that has just ended, and its speed squared."""
+def _row_bounds(position, first, columns, out):  # type: ignore[no-untyped-def]
+    """Write the bounds of a row, low x y z, then high x y z."""
     for axis in range(3):
         low, high = position[axis, first], position[axis, first]
         for i in range(np.uint64(first), np.uint64(first + columns)):
-            after = position[axis, i]
-            before = after - h * velocity[axis, i]
-            low = min(low, min(before, after))
-            high = max(high, max(before, after))
+            low = min(low, position[axis, i])
+            high = max(high, position[axis, i])
         out[axis], out[3 + axis] = low, high
-    greatest = velocity.dtype.type(0)
-    for i in range(np.uint64(first), np.uint64(first + columns)):
-        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        greatest = max(greatest, u * u + v * v + w * w)
-    out[6] = greatest
 
 
 @exact
-def _distance(bounds, low, high):  # type: ignore[no-untyped-def]
-    """Return the distance between two boxes; `bounds` is one, low x y z, then high x y z."""
+def _distance(bounds, start, end):  # type: ignore[no-untyped-def]
+    """Return the distance of a box, low x y z, then high x y z, from that of a path."""
     total = 0.0
     for axis in range(3):
-        apart = max(bounds[axis] - high[axis], low[axis] - bounds[3 + axis], 0.0)
+        low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
+        apart = max(bounds[axis] - high, low - bounds[3 + axis], 0.0)
         total += apart * apart
     return np.sqrt(total)
 
 
 @exact
-def find_cells(  # type: ignore[no-untyped-def]
-    position, velocity, begin, stride, rows, columns, h, low, high, radius, sphere_speed, cells
+def _include(bounds, position, velocity, j, h):  # type: ignore[no-untyped-def]
+    """Widen bounds to the way of a particle in the `h` s that have just ended."""
+    for axis in range(3):
+        after = np.float64(position[axis, j])
+        before = after - h * np.float64(velocity[axis, j])
+        bounds[axis] = min(bounds[axis], before, after)
+        bounds[3 + axis] = max(bounds[3 + axis], before, after)
+
+
+@exact
+def _cell_bounds(bounds, position, velocity, i, down, across, h):  # type: ignore[no-untyped-def]
+    """Write the bounds of a cell over the `h` s that have just ended."""
+    bounds[:3], bounds[3:] = np.inf, -np.inf
+    for j in (i, i + across, i + down, i + down + across):
+        _include(bounds, position, velocity, j, h)
+
+
+@exact
+def _search(  # type: ignore[no-untyped-def]
+    position, velocity, begin, stride, rows, columns, start, end, reach, cells
 ):
     """
-    Find the cells that may touch the sphere in the substep of `h` s that has just ended.
+    Find the cells that are now in reach of the path of the sphere's centre.
 
     Parameters
     ----------
     position, velocity
-        Flat arrays after the substep.
-    low, high
-        Bounds of the path of the sphere's centre, m, shape (3,).
-    radius, sphere_speed
-        m and m/s.
+        Flat arrays.
+    start, end
+        Of the path, m, shape (3,).
+    reach
+        m.
     cells
         Receives row × columns + column of each cell found.
 
     Returns
     -------
     (int, float)
-        Number of cells found, and the least distance from the sphere to any row, m.
+        Number of cells found, and the least distance from the path to any row, m.
 
     """
     down, across = min(rows - 1, 1), min(columns - 1, 1)
-    bounds = np.empty((2, 7))
-    single = np.empty(7, position.dtype)
-    merged, box = np.empty(7), np.empty(6)
-    count, clearance = 0, np.inf
-    _row_bounds(position, velocity, begin, columns, h, single)
+    bounds = np.empty((2, 6))
+    single = np.empty(6, position.dtype)
+    merged = np.empty(6)
+    count, nearest = 0, np.inf
+    _row_bounds(position, begin, columns, single)
     bounds[0] = single
     for row in range(max(rows - 1, 1)):
         upper, lower = row % 2, (row + down) % 2
-        _row_bounds(position, velocity, begin + (row + down) * stride, columns, h, single)
+        _row_bounds(position, begin + (row + down) * stride, columns, single)
         bounds[lower] = single
         for axis in range(3):
             merged[axis] = min(bounds[upper, axis], bounds[lower, axis])
             merged[3 + axis] = max(bounds[upper, 3 + axis], bounds[lower, 3 + axis])
-        # What is pushed in the sweep may leave its bounds by as much as it moves.
-        speed = np.sqrt(max(bounds[upper, 6], bounds[lower, 6])) + sphere_speed
-        reach = radius + h * speed
-        distance = _distance(merged, low, high)
-        clearance = min(clearance, distance - reach)
+        distance = _distance(merged, start, end)
+        nearest = min(nearest, distance)
         if distance > reach:
             continue
         for column in range(max(columns - 1, 1)):
             i = begin + row * stride + column
-            for axis in range(3):
-                box[axis], box[3 + axis] = np.inf, -np.inf
-                for j in (i, i + across, i + down * stride, i + down * stride + across):
-                    after = np.float64(position[axis, j])
-                    before = after - h * np.float64(velocity[axis, j])
-                    box[axis] = min(box[axis], before, after)
-                    box[3 + axis] = max(box[3 + axis], before, after)
-            if _distance(box, low, high) <= reach:
+            _cell_bounds(merged, position, velocity, i, down * stride, across, 0.0)
+            if _distance(merged, start, end) <= reach:
                 cells[count] = row * columns + column
                 count += 1
-    return count, clearance
+    return count, nearest
 
 
 @exact
-def gather(cells, count, begin, stride, rows, columns, particles, local):  # type: ignore[no-untyped-def]
+def _gather(  # type: ignore[no-untyped-def]
+    position, velocity, begin, stride, rows, columns, h, start, end, reach, cells, particles,
+    triangles, local,
+):  # fmt: skip
     """
-    List the particles and the triangles of the found cells.
+    List the particles and the triangles of the candidates in reach.
 
     Parameters
     ----------
-    cells, count
-        From `find_cells`.
+    position, velocity, begin, stride, rows, columns, start, end
+        As in `_search`.
+    h
+        Length of the substep that has just ended, s.
+    reach
+        m, of whatever was there in the substep.
+    cells
+        The candidates.
     particles
         Receives the flat index of each particle once.
+    triangles
+        Receives their corners as indices into these particles, int32, shape (4 × cells, 3).
     local
         Scratch, shape (size,), all -1 before and after.
 
     Returns
     -------
-    (int, array of int32, shape (triangles, 3))
-        Number of particles, and the corners of the triangles as indices into them.
+    (int, int)
+        Number of particles, and of triangles.
 
     """
     down, across = min(rows - 1, 1), min(columns - 1, 1)
     whole = down + across == 2
-    triangles = np.empty((count * (4 if whole else 1), 3), np.int32)
-    number = 0
+    bounds = np.empty(6)
     corner = np.empty(4, np.int32)
-    for n in range(count):
+    number, count = 0, 0
+    for n in range(len(cells)):
         i = begin + cells[n] // columns * stride + cells[n] % columns
+        _cell_bounds(bounds, position, velocity, i, down * stride, across, h)
+        if _distance(bounds, start, end) > reach:
+            continue
         for k in range(4):
             j = i + (k // 2) * down * stride + (k % 2) * across
             if local[j] < 0:
@@ -136,13 +164,87 @@ def gather(cells, count, begin, stride, rows, columns, particles, local):  # typ
             corner[k] = local[j]
         if whole:
             for k in range(4):  # each triangle leaves out one corner
-                triangles[4 * n + k, 0] = corner[(k + 1) % 4]
-                triangles[4 * n + k, 1] = corner[(k + 2) % 4]
-                triangles[4 * n + k, 2] = corner[(k + 3) % 4]
+                triangles[count, 0] = corner[(k + 1) % 4]
+                triangles[count, 1] = corner[(k + 2) % 4]
+                triangles[count, 2] = corner[(k + 3) % 4]
+                count += 1
         else:
-            triangles[n, 0] = corner[0]
-            triangles[n, 1] = corner[3]
-            triangles[n, 2] = corner[3]
+            triangles[count, 0] = corner[0]
+            triangles[count, 1] = corner[3]
+            triangles[count, 2] = corner[3]
+            count += 1
     for n in range(number):
         local[particles[n]] = -1
-    return number, triangles
+    return number, count
+
+
+class BroadPhase:
+    """
+    What of a sheet the sphere may touch, and how far both are apart.
+
+    Attributes
+    ----------
+    clearance
+        Distance, m, that sphere and sheet can still come nearer to each other without a touch; 0
+        or less if that is not known.
+
+    """
+
+    def __init__(self, lattice: Lattice) -> None:
+        self._lattice = lattice
+        cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
+        self._cells = np.empty(cells, np.int32)
+        self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
+        self._local = np.full(lattice.size, -1, np.int32)
+        self._count = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Search again before the next use: sheet or sphere is not where it was."""
+        self.clearance, self._margin = 0.0, -math.inf
+
+    def come_nearer(self, way: float) -> None:
+        """Note that sphere and sheet may have come nearer to each other by `way`, m."""
+        self.clearance -= way
+        self._margin -= way
+
+    def find(
+        self, state: State, h: float, start: Array, end: Array, radius: float, way: float
+    ) -> tuple[Array, Array]:
+        """
+        Return the particles that the sphere may touch on its path, and their triangles.
+
+        Parameters
+        ----------
+        state
+            After the substep.
+        h
+            Length of the substep, s.
+        start, end, radius
+            Path of the sphere's centre in the substep, seen from the origin of the state, and its
+            radius, m.
+        way
+            How much sphere and sheet may have come nearer to each other in the substep, m.  What
+            is pushed by the sphere may leave its bounds by as much again.
+
+        Returns
+        -------
+        (array, array)
+            Flat index of each particle, shape (n,), and the corners of the triangles as indices
+            into these, shape (m, 3); a segment, or a point, has equal corners.
+
+        """
+        lattice = self._lattice
+        layout = (lattice.begin, lattice.stride, lattice.rows, lattice.columns)
+        fields = (state.position, state.velocity)
+        if not self._margin >= way:  # NaN is no margin either
+            self._margin = way + min(_LASTS * way, radius)
+            reach = radius + way + self._margin
+            self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
+            self.clearance = nearest - radius
+        triangles = np.empty((4 * self._count, 3), np.int32)
+        number, count = _gather(
+            *fields, *layout, h, start, end, radius + way, self._cells[: self._count],
+            self._particles, triangles, self._local,
+        )  # fmt: skip
+        return self._particles[:number], triangles[:count]

@@ -6,7 +6,8 @@ wide as it must be:
 
 1. While the sphere is too far from the sheet to reach it at present speeds, a clearance is
    counted down and nothing else is done.
-2. `find_cells` finds the cells of the grid whose swept bounds meet the swept sphere.
+2. `BroadPhase` finds the cells of the grid whose swept bounds meet the swept sphere, among
+   candidates that last for some substeps.
 3. `sweep` moves the particles of these cells and the sphere together through the substep, in
    strides short enough that no triangle can get from one side of the sphere to the other.
 
@@ -25,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from .broad_phase import find_cells, gather
+from .broad_phase import BroadPhase
 from .compile import exact
 from .lattice import Array, Lattice
 from .scene import Sphere
@@ -59,12 +60,14 @@ def _load(position, velocity, free, particles, h, start, drift, points, speeds, 
 @exact
 def _store(position, velocity, particles, end, drift, points, speeds, moves, least):  # type: ignore[no-untyped-def]
     """
-    Write back what moves; return by how much, in velocities and positions, summed over all.
+    Write back what moves.
 
-    Positions count where they differ by more than `least`, m.
+    Return by how much, in velocities and positions, summed over all, and the farthest in
+    positions, m.  In the sum positions count where they differ by more than `least`, m.
     """
     u, v, w = 0.0, 0.0, 0.0
     x, y, z = 0.0, 0.0, 0.0
+    farthest = 0.0
     for n in range(len(particles)):
         if moves[n] > 0:
             i = particles[n]
@@ -74,12 +77,63 @@ def _store(position, velocity, particles, end, drift, points, speeds, moves, lea
             a = points[n, 0] + end[0] - position[0, i]
             b = points[n, 1] + end[1] - position[1, i]
             c = points[n, 2] + end[2] - position[2, i]
-            if a * a + b * b + c * c > least * least:
+            squared = a * a + b * b + c * c
+            farthest = max(farthest, squared)
+            if squared > least * least:
                 x, y, z = x + a, y + b, z + c
             for axis in range(3):
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = speeds[n, axis] + drift[axis]
-    return (u, v, w), (x, y, z)
+    return (u, v, w), (x, y, z), np.sqrt(farthest)
+
+
+@exact
+def _carry_past(  # type: ignore[no-untyped-def]
+    position, velocity, free, particles, triangles, h, start, end, drift, gravity, radius,
+    friction, tolerance,
+):  # fmt: skip
+    """
+    Carry a sphere past a part of the sheet, which gives way.
+
+    Parameters
+    ----------
+    position, velocity, free
+        Flat arrays after the substep, of which the first two are corrected.
+    particles, triangles
+        From `BroadPhase.find`.
+    h
+        Length of the substep, s.
+    start, end, drift
+        Where the centre of the sphere was and is, m, and its velocity, m/s, shape (3,).
+    gravity
+        m/s², shape (3,).
+    radius, friction, tolerance
+        As in `sweep`.
+
+    Returns
+    -------
+    (float, bool, bool, bool, float, float)
+        Depth, touch and force as from `sweep`; whether there were pins; the work of the sphere, J
+        for particles of 1 kg; and how far any particle was moved, m.
+
+    """
+    number = len(particles)
+    points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
+    _load(position, velocity, free, particles, h, start, drift, points, speeds, moves)
+    depth, touched, forced = sweep(
+        points, speeds, moves, triangles, radius, friction, h, tolerance
+    )
+    work, farthest = 0.0, 0.0
+    if touched:
+        impulse, lifted, farthest = _store(
+            position, velocity, particles, end, drift, points, speeds, moves, _INSIDE * tolerance
+        )
+        along, up = 0.0, 0.0
+        for axis in range(3):
+            along += drift[axis] * impulse[axis]
+            up -= gravity[axis] * lifted[axis]
+        work = along + max(up, 0.0)
+    return depth, touched, forced, moves.min() == 0.0, work, farthest
 
 
 # Centre, radius, and greatest depth of a triangle, m.
@@ -109,26 +163,22 @@ class SphereContact:
         self._gravity = gravity
         self.velocity = np.zeros(3)
         self.deepest = 0.0
-        self._lattice = lattice
         self.radius = self._radius = sphere.radius
         self._friction = sphere.friction
         self._tolerance = min(_TOLERANCE_SHARE * sphere.radius, _TOLERANCE)
-        self._clearance = 0.0
+        self._broad_phase = BroadPhase(lattice)
         self._work = 0.0
         self._new = True
         self.touched = False
-        cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
-        self._cells = np.empty(cells, np.int32)
-        self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
-        self._local = np.full(lattice.size, -1, np.int32)
 
     def look_again(self) -> None:
         """Look at the whole sheet: its velocities were set from outside."""
-        self._clearance = 0.0
+        self._broad_phase.forget()
 
     def appear(self) -> None:
         """Look for room in the sheet: it, or the sphere, was set from outside."""
-        self._clearance = self.deepest = 0.0
+        self._broad_phase.forget()
+        self.deepest = 0.0
         self._new = True
 
     def go_on_from(self, other: SphereContact) -> None:
@@ -144,7 +194,7 @@ class SphereContact:
     def go_back(self, placing: Placing) -> None:
         """Return to where the sphere was."""
         self.centre, self.radius, self.deepest = placing
-        self._clearance = 0.0
+        self._broad_phase.forget()
 
     def take_work(self) -> float:
         """
@@ -166,7 +216,7 @@ class SphereContact:
         Not even if the sheet became twice as fast meanwhile; `resolve` looks at that afterwards.
         """
         speed = 2 * greatest_speed(state) + sphere_speed
-        return self._clearance > seconds * speed  # False for NaN
+        return self._broad_phase.clearance > seconds * speed  # False for NaN
 
     def resolve(self, state: State, h: float) -> None:
         """
@@ -181,15 +231,24 @@ class SphereContact:
         growing = before < self._radius
         if growing:
             self.radius = min(before + h * GROWTH, self._radius)
-        sphere_speed = float(np.linalg.norm(self.velocity))
-        self._clearance -= h * (greatest_speed(state) + sphere_speed)
+            self._broad_phase.forget()
+        sphere_speed = math.hypot(*self.velocity)
+        way = h * (greatest_speed(state) + sphere_speed)
+        self._broad_phase.come_nearer(way)
         self.deepest = 0.0
-        if self._clearance > 0:
+        if self._broad_phase.clearance > 0:
             return
-        count, self._clearance = self._find(state, h, start, end)
-        if not count:
+        particles, triangles = self._broad_phase.find(state, h, start, end, self.radius, way)
+        if not len(particles):
             return
-        forced, pinned = self._sweep(state, h, start, end, count, growing)
+        self.deepest, touched, forced, pinned, work, farthest = _carry_past(
+            state.position, state.velocity, state.free, particles, triangles, h, start, end,
+            self.velocity, self._gravity, self.radius, self._friction, self._tolerance,
+        )  # fmt: skip
+        if touched:
+            self.touched = True
+            self._work += math.inf if forced or growing else work
+            self._broad_phase.come_nearer(farthest)
         if forced and self.deepest > 0.0:
             # What is too fast to be forced out of the way has the room that it leaves; pins have
             # none to give.
@@ -205,72 +264,14 @@ class SphereContact:
         self._new = False
         self.radius = self._radius
         centre = self.centre - state.origin
-        count, _ = self._find(state, 0.0, centre, centre)
-        if count:
-            particles, triangles = self._gather(count)
+        particles, triangles = self._broad_phase.find(state, 0.0, centre, centre, self.radius, 0.0)
+        if len(particles):
             points = state.position[:, particles].T.astype(float) - centre
             depth = deepest(points, triangles, self.radius)
             if depth > _INSIDE * self._tolerance:
                 self.radius = max(self.radius - depth, min(_SMALLEST, self._radius))
                 depth -= self._radius - self.radius
                 self.deepest = depth if depth > 2 * self._tolerance else 0.0
-
-    def _find(self, state: State, h: float, start: Array, end: Array) -> tuple[int, float]:
-        """Find the cells that the sphere may touch on its way; see `find_cells`."""
-        lattice = self._lattice
-        count, clearance = find_cells(
-            state.position,
-            state.velocity,
-            lattice.begin,
-            lattice.stride,
-            lattice.rows,
-            lattice.columns,
-            state.dtype(h),
-            np.minimum(start, end),
-            np.maximum(start, end),
-            self.radius,
-            float(np.linalg.norm(self.velocity)),
-            self._cells,
-        )
-        return count, (clearance if self.radius == self._radius else 0.0)
-
-    def _gather(self, count: int) -> tuple[Array, Array]:
-        """Return the particles of the found cells, and their triangles; see `gather`."""
-        lattice = self._lattice
-        number, triangles = gather(
-            self._cells,
-            count,
-            lattice.begin,
-            lattice.stride,
-            lattice.rows,
-            lattice.columns,
-            self._particles,
-            self._local,
-        )
-        return self._particles[:number], triangles
-
-    def _sweep(
-        self, state: State, h: float, start: Array, end: Array, count: int, growing: bool
-    ) -> tuple[bool, bool]:
-        """Carry the sphere past the found cells; tell if it forced its way, and if it met pins."""
-        particles, triangles = self._gather(count)
-        number = len(particles)
-        points, speeds, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
-        fields = (state.position, state.velocity)
-        _load(*fields, state.free, particles, h, start, self.velocity, points, speeds, moves)
-        self.deepest, touched, forced = sweep(
-            points, speeds, moves, triangles, self.radius, self._friction, h, self._tolerance
-        )
-        if touched:
-            self.touched = True
-            least = _INSIDE * self._tolerance
-            impulse, lifted = _store(
-                *fields, particles, end, self.velocity, points, speeds, moves, least
-            )
-            work = float(self.velocity @ np.array(impulse))
-            work += max(-float(self._gravity @ lifted), 0.0)
-            self._work += math.inf if forced or growing else work
-        return bool(forced), bool(moves.min() == 0.0)
 
 
 def warm_up(dtype: Any) -> None:

@@ -157,7 +157,7 @@ class Dynamics:
             self._facets,
             state.free,
             self._springs,
-            tuple(number(component) for component in self.wind),
+            tuple(map(number, self.wind)),
             self._bounds,
             self._work,
         )
