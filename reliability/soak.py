@@ -51,8 +51,9 @@ class Soak:
     ----------
     seconds, memory
         When it was noted, s, and the node's own resident memory then, MB.
-    rate
-        Of the ticks, Hz, over the whole; counted and timed by the publisher.
+    rate, longest
+        Of the ticks, Hz, over the whole, and the longest time between two that arrived, s; counted
+        and timed by the publisher.
     factors
         Real-time factor of each report.
     real_time
@@ -67,6 +68,7 @@ class Soak:
     seconds: list[float] = field(default_factory=list)
     memory: list[float] = field(default_factory=list)
     rate: float = 0.0
+    longest: float = 0.0
     factors: list[float] = field(default_factory=list)
     real_time: float = 0.0
     lost: int = 0
@@ -147,6 +149,7 @@ def run(seconds: float, *ros_arguments: str) -> Soak:
         first, last = listener.particles[0], listener.particles[-1]
         reports = listener.reports
         soak.rate = (last.number - first.number) / (last.sent - first.sent)
+        soak.longest = float(np.diff([each.sent for each in listener.particles]).max())
         soak.lost = lost(listener.particles)
         soak.not_finite = listener.not_finite
         soak.factors = [each.factor for each in reports]
@@ -176,7 +179,8 @@ def rows(soak: Soak, seconds: float) -> list[Row]:
         Row(
             'rate of the ticks',
             f'60 Hz, kept to {100 * DRIFT:g} %',
-            f'{soak.rate:.4f} Hz; {soak.lost} messages lost',
+            f'{soak.rate:.4f} Hz, at most {soak.longest:.3f} s between two; {soak.lost} messages '
+            'lost',
             abs(soak.rate / 60 - 1) < DRIFT,
         ),
         Row(
