@@ -12,6 +12,8 @@ from reference import distances, triangles
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.broad_phase import BroadPhase
+from cloth_ros.model.lattice import Lattice
+from cloth_ros.model.state import State
 
 ROUNDING = 2e-6  # m
 
@@ -86,3 +88,27 @@ def test_a_sphere_in_touch_seldom_has_the_whole_sheet_searched():
             cloth.move_sphere(np.add(cloth.sphere_position, (0.01, 0.0, 0.005)))
     assert counts['found'] > 1000
     assert counts['searched'] < 0.15 * counts['found']
+
+
+def test_a_sphere_that_has_become_slow_has_few_candidates():
+    # It passes below a sheet at rest, without a touch.
+    still = {'gravity': [0.0, 0.0, 0.0], 'wind.air_density': 0.0}
+    place = {'sphere.radius': 0.05, 'sphere.position': [-0.3, 0.0, 0.94]}
+    cloth = Cloth(Scene().with_parameters(still | place))
+    phase = cloth._contact._broad_phase
+    cloth.move_sphere((0.0, 0.0, 0.94))
+    cloth.advance(0.03)
+    many = phase._count
+    assert many > 20
+    cloth.advance(0.01)
+    assert phase._count < 0.5 * many
+    assert phase.clearance == pytest.approx(0.01, abs=1e-4)
+
+
+def test_a_sphere_that_grows_is_watched():
+    contact = Cloth(Scene().with_parameters({'sphere.radius': 0.1}))._contact
+    state = State(Lattice(2, 2), np.float64)
+    contact._broad_phase.clearance = 1.0
+    assert contact.is_clear(state, 1e-3, 1.0)
+    contact.radius = 0.05
+    assert not contact.is_clear(state, 1e-3, 1.0)

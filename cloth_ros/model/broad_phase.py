@@ -18,9 +18,15 @@ from .compile import exact, reduction
 from .lattice import Array, Lattice
 from .state import State
 
-# Substeps at present speeds that candidates are to last for, unless the sphere is smaller than
-# the way in these: a margin of more than its radius would make too many candidates.
+# Substeps at present speeds that candidates are to last for.  Less where that takes a margin of
+# more than the radius of the sphere, which would make too many of them.
 _LASTS = 16
+# By how many times the margin may be larger than present speeds ask for: where motion has slowed
+# down, fewer candidates will do, and clearance may have come about unnoticed.
+_WIDE = 4.0
+# What the distance of two boxes loses where corners move along different axes, at most, as a
+# multiple of their way.
+_AXES = math.sqrt(3.0)
 
 
 @reduction
@@ -129,7 +135,7 @@ def _gather(  # type: ignore[no-untyped-def]
     h
         Length of the substep that has just ended, s.
     reach
-        m, of whatever was there in the substep.
+        m; a cell is in reach if it, or the sphere, was at any time in the substep.
     cells
         The candidates.
     particles
@@ -208,6 +214,17 @@ class BroadPhase:
         self.clearance -= way
         self._margin -= way
 
+    def is_clear(self, way: float) -> bool:
+        """
+        Tell if sphere and sheet stay apart, though they come nearer to each other by `way`, m.
+
+        Candidates are then given up: nobody looks at the sheet on that way.
+        """
+        clear = self.clearance > way  # False for NaN
+        if clear:
+            self._margin = -math.inf
+        return clear
+
     def find(
         self, state: State, h: float, start: Array, end: Array, radius: float, way: float
     ) -> tuple[Array, Array]:
@@ -224,8 +241,8 @@ class BroadPhase:
             Path of the sphere's centre in the substep, seen from the origin of the state, and its
             radius, m.
         way
-            How much sphere and sheet may have come nearer to each other in the substep, m.  What
-            is pushed by the sphere may leave its bounds by as much again.
+            How much sphere and sheet may have come nearer to each other in the substep, m, which
+            has been noted.  What is pushed by the sphere may leave its bounds by as much again.
 
         Returns
         -------
@@ -237,11 +254,11 @@ class BroadPhase:
         lattice = self._lattice
         layout = (lattice.begin, lattice.stride, lattice.rows, lattice.columns)
         fields = (state.position, state.velocity)
-        if not self._margin >= way:  # NaN is no margin either
-            self._margin = way + min(_LASTS * way, radius)
-            reach = radius + way + self._margin
+        margin = way + min(_LASTS * way, radius)
+        if not way <= self._margin <= _WIDE * margin:  # NaN is no margin either
+            reach = radius + _AXES * (way + margin)
             self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
-            self.clearance = nearest - radius
+            self.clearance, self._margin = nearest - radius, margin
         triangles = np.empty((4 * self._count, 3), np.int32)
         number, count = _gather(
             *fields, *layout, h, start, end, radius + way, self._cells[: self._count],

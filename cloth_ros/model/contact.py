@@ -167,9 +167,15 @@ class SphereContact:
         self._friction = sphere.friction
         self._tolerance = min(_TOLERANCE_SHARE * sphere.radius, _TOLERANCE)
         self._broad_phase = BroadPhase(lattice)
+        self._fastest = 0.0  # m/s, of the particles when they were last looked at
         self._work = 0.0
         self._new = True
         self.touched = False
+
+    def place(self, centre: Array) -> None:
+        """Have the sphere be at `centre`, m, where the last advance has brought it."""
+        self._broad_phase.come_nearer(float(np.linalg.norm(centre - self.centre)))
+        self.centre = centre
 
     def look_again(self) -> None:
         """Look at the whole sheet: its velocities were set from outside."""
@@ -215,8 +221,10 @@ class SphereContact:
 
         Not even if the sheet became twice as fast meanwhile; `resolve` looks at that afterwards.
         """
-        speed = 2 * greatest_speed(state) + sphere_speed
-        return self._broad_phase.clearance > seconds * speed  # False for NaN
+        if self.radius < self._radius:  # it grows
+            return False
+        self._fastest = greatest_speed(state)
+        return self._broad_phase.is_clear(seconds * (2 * self._fastest + sphere_speed))
 
     def resolve(self, state: State, h: float) -> None:
         """
@@ -233,7 +241,8 @@ class SphereContact:
             self.radius = min(before + h * GROWTH, self._radius)
             self._broad_phase.forget()
         sphere_speed = math.hypot(*self.velocity)
-        way = h * (greatest_speed(state) + sphere_speed)
+        former, self._fastest = self._fastest, greatest_speed(state)
+        way = h * (max(self._fastest, former) + sphere_speed)  # NaN if it is that now
         self._broad_phase.come_nearer(way)
         self.deepest = 0.0
         if self._broad_phase.clearance > 0:

@@ -182,7 +182,7 @@ class Simulation:
         if self._contact is not None:
             if self._sphere.jump(seconds):
                 self._appear()
-            self._contact.centre = self._sphere.centre
+            self._contact.place(self._sphere.centre)
             self._sphere.begin(self._time, seconds)
         self._substeps = 0
         try:

@@ -63,7 +63,6 @@ def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[n
 @exact
 def _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
     """Tell if the closest point is a corner that another triangle has been noted for already."""
-    corner = -1
     if wa == 1.0:
         corner = a
     elif wb == 1.0:
@@ -333,8 +332,8 @@ def sweep(points, speeds, free, triangles, radius, friction, h, tolerance):  # t
             points += left * speeds
             break
         touched = True
-        travel = max(clearance, 0.5 * radius)
-        stride = left if reach <= travel else travel / fastest
+        allowed = max(clearance, 0.5 * radius)
+        stride = left if reach <= allowed else allowed / fastest
         slack = _CREEP * tolerance / stride
         for _ in range(_VELOCITY_PASSES):
             pushed = False
