@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from reference import distances, triangles
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model import broad_phase
 from cloth_ros.model.broad_phase import BroadPhase
 from cloth_ros.model.lattice import Lattice
 from cloth_ros.model.state import State
@@ -21,20 +22,25 @@ ROUNDING = 2e-6  # m
 @contextmanager
 def compared() -> Iterator[Counter[str]]:
     """Compare whatever is found with what a search of the whole sheet finds; count both."""
-    find = BroadPhase.find
+    find, search = BroadPhase.find, broad_phase._search
     counts: Counter[str] = Counter()
+
+    def counted(*arguments):
+        counts['searched'] += 1
+        return search(*arguments)
 
     def both(self, state, h, start, end, radius, way):
         counts['found'] += 1
-        counts['searched'] += not self._margin >= way
         found = find(self, state, h, start, end, radius, way)
         expected = find(BroadPhase(self._lattice), state, h, start, end, radius, way)
+        counts['searched'] -= 1  # by the other
         assert np.array_equal(found[0], expected[0])
         assert np.array_equal(found[1], expected[1])
         return found
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BroadPhase, 'find', both)
+        patch.setattr(broad_phase, '_search', counted)
         yield counts
 
 
