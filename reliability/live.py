@@ -97,7 +97,7 @@ class Process:
 
     def __init__(self, command: Sequence[str], environment: dict[str, str]) -> None:
         # As long as the process.
-        self._output = tempfile.TemporaryFile('w+', errors='backslashreplace')  # noqa: SIM115
+        self._output = tempfile.TemporaryFile()  # noqa: SIM115
         self.process = subprocess.Popen(
             command,
             stdin=subprocess.DEVNULL,
@@ -110,8 +110,9 @@ class Process:
     @property
     def output(self) -> str:
         """All that it has printed so far."""
-        self._output.seek(0)
-        return self._output.read()
+        # Not `seek`: the place in the file is the one where the process writes.
+        file = self._output.fileno()
+        return os.pread(file, os.fstat(file).st_size, 0).decode(errors='backslashreplace')
 
     def wait_for_output(self, text: str, patience: float = PATIENCE) -> None:
         """Wait until it has printed this text."""

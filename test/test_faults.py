@@ -1,6 +1,8 @@
 """The faults of `make faults`, each in a short form, on real processes."""
 
 import json
+import os
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -10,7 +12,7 @@ from reliability.arrivals import OK, Arrival, Report, Ticks
 from reliability.faults import ALONE, SCENE, SHARED
 from reliability.faults.__main__ import tried
 from reliability.faults.cannot import CannotDoError
-from reliability.live import Live, live
+from reliability.live import Live, Process, live
 from reliability.record import Row
 
 # One compiles everything anew, several times; the other is in test_node.py.
@@ -40,6 +42,15 @@ def test_a_node_outlives(fault):
     except CannotDoError as reason:
         pytest.skip(str(reason))
     assert row.kept, row.measured
+
+
+def test_what_a_process_prints_is_whole_while_it_is_read():
+    count = 20_000
+    lines = f'for n in range({count}): print(n, flush=True)'
+    process = Process((sys.executable, '-c', lines), dict(os.environ))
+    while process.alive:
+        assert '0\n'.startswith(process.output[:2])
+    assert process.output.split() == [str(n) for n in range(count)]
 
 
 def heard(times: list[float]) -> Live:
