@@ -100,6 +100,17 @@ class Ticks:
         )
 
 
+def total(stretches: Sequence[Ticks]) -> Ticks:
+    """Return how the ticks went in several stretches of time."""
+    return Ticks(
+        sum(each.count for each in stretches),
+        sum(each.late for each in stretches),
+        sum(each.missing for each in stretches),
+        max((each.longest for each in stretches), default=0.0),
+        sum(each.lost for each in stretches),
+    )
+
+
 def lost(window: Sequence[Arrival]) -> int:
     """Return how many messages between the first and the last did not arrive."""
     return window[-1].number - window[0].number + 1 - len(window)

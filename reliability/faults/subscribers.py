@@ -10,15 +10,19 @@ from contextlib import contextmanager
 import numpy as np
 from visualization_msgs.msg import MarkerArray
 
-from ..arrivals import SELDOM
+from ..arrivals import SELDOM, Ticks, total
 from ..live import SOON, Live, live
 from ..peers import DEPTH, PEER
 from ..record import Row
 
 # Its markers are larger than what Fast DDS has room for by default.
 _SCENE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
-_LONGEST = 1.0  # s, without markers on a machine that may be busy
 _MARKERS = 0.1  # s, three times the period of the markers
+# How often a subscriber hangs or is killed, and s in which it does.
+_TIMES, _WHILE = 10, 2.5
+# Who stops while it holds a lock of shared memory holds up whoever sends to it, until Fast DDS
+# looks at whether it is alive: how often that may be seen, and s that it may last.
+_HELD_UP, _LONGEST = 2, 5.0
 
 
 class _Viewer:
@@ -46,31 +50,47 @@ def _watched() -> Iterator[tuple[Live, _Viewer]]:
         yield running, _Viewer(running)
 
 
+def _gone(running: Live, viewer: _Viewer, number: int) -> tuple[Ticks, float]:
+    """Send a subscriber a signal; return how ticks went then, and the markers' longest pause."""
+    peer = running.beside(*PEER, 'subscribe')
+    try:
+        peer.wait_for_output('subscribed')
+        running.recover(time.monotonic())
+        began = time.monotonic()
+        peer.process.send_signal(number)
+        running.listener.spin_for(_WHILE)
+        running.recover(time.monotonic(), SOON)
+        ended = time.monotonic()
+        return running.ticks(began, ended), viewer.longest_pause(began, ended)
+    finally:
+        peer.stop(signal.SIGKILL)
+
+
 def _subscriber(quick: bool, number: int, what: str) -> Row:
-    seconds = 2.5 if quick else 10.0
+    times = 1 if quick else _TIMES
     with _watched() as (running, viewer):
-        peer = running.beside(*PEER, 'subscribe')
-        try:
-            peer.wait_for_output('subscribed')
-            before = running.node.memory
-            running.recover(time.monotonic())
-            began = time.monotonic()
-            peer.process.send_signal(number)
-            running.listener.spin_for(seconds)
-            ended = time.monotonic()
-            running.recover(ended, SOON)
-            ticks, memory = running.ticks(began, ended), running.node.memory - before
-            pause = viewer.longest_pause(began, ended)
-        finally:
-            peer.stop(signal.SIGKILL)
+        before = running.node.memory
+        found = [_gone(running, viewer, number) for _ in range(times)]
+        memory = running.node.memory - before
         well = running.well()
+    noticed = [each for each in found if each[1] >= _MARKERS or not each[0].as_before]
+    longest = max((max(ticks.longest, pause) for ticks, pause in noticed), default=0.0)
+    others = [each for each in found if each not in noticed]
+    ticks = total([ticks for ticks, _ in others])
+    pause = max((pause for _, pause in others), default=0.0)
+    held_up = f'; {len(noticed)} times all were held up, for {longest:.2f} s at most'
     return Row(
         what,
         'others are served as before: no message of particles is lost, at most '
         f'{100 * SELDOM:g} % of the ticks are late or missing, and markers of 64 × 64 particles '
-        f'never pause for {_MARKERS:g} s',
-        f'{ticks.text}; the longest pause of the markers {pause:.3f} s; memory {memory:+.1f} MB',
-        well and pause < (_LONGEST if quick else _MARKERS) and (quick or ticks.as_before),
+        f'never pause for {_MARKERS:g} s; but all may be held up for {_LONGEST:g} s by one that '
+        'stops while it holds a lock',
+        f'{times} times: {ticks.text}; the longest pause of the markers {pause:.3f} s'
+        f'{held_up if noticed else ""}; memory {memory:+.1f} MB',
+        well
+        and longest < _LONGEST
+        and not any(ticks.lost for ticks, _ in found)
+        and (quick or len(noticed) <= _HELD_UP),
     )
 
 
