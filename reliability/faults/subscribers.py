@@ -20,8 +20,9 @@ _SCENE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
 _MARKERS = 0.1  # s, three times the period of the markers
 # How often a subscriber hangs or is killed, and s in which it does.
 _TIMES, _WHILE = 10, 2.5
-# Who stops while it holds a lock of shared memory holds up whoever sends to it, until Fast DDS
-# looks at whether it is alive: how often that may be seen, and s that it may last.
+# Who stops at the wrong moment, most likely while it holds a lock of shared memory, holds up
+# whoever sends to it until Fast DDS gives it up: how often that may be seen, and s that it may
+# last.
 _HELD_UP, _LONGEST = 2, 5.0
 
 
@@ -73,12 +74,10 @@ def _subscriber(quick: bool, number: int, what: str) -> Row:
         found = [_gone(running, viewer, number) for _ in range(times)]
         memory = running.node.memory - before
         well = running.well()
-    noticed = [each for each in found if each[1] >= _MARKERS or not each[0].as_before]
-    longest = max((max(ticks.longest, pause) for ticks, pause in noticed), default=0.0)
-    others = [each for each in found if each not in noticed]
-    ticks = total([ticks for ticks, _ in others])
-    pause = max((pause for _, pause in others), default=0.0)
-    held_up = f'; {len(noticed)} times all were held up, for {longest:.2f} s at most'
+    noticed = sum(pause >= _MARKERS or not ticks.as_before for ticks, pause in found)
+    ticks = total([ticks for ticks, _ in found])
+    pause = max(pause for _, pause in found)
+    held_up = f'; {noticed} times all were held up' if noticed else ''
     return Row(
         what,
         'others are served as before: no message of particles is lost, at most '
@@ -86,11 +85,11 @@ def _subscriber(quick: bool, number: int, what: str) -> Row:
         f'never pause for {_MARKERS:g} s; but all may be held up for {_LONGEST:g} s by one that '
         'stops while it holds a lock',
         f'{times} times: {ticks.text}; the longest pause of the markers {pause:.3f} s'
-        f'{held_up if noticed else ""}; memory {memory:+.1f} MB',
+        f'{held_up}; memory {memory:+.1f} MB',
         well
-        and longest < _LONGEST
-        and not any(ticks.lost for ticks, _ in found)
-        and (quick or len(noticed) <= _HELD_UP),
+        and max(ticks.longest, pause) < _LONGEST
+        and not ticks.lost
+        and (quick or noticed <= _HELD_UP),
     )
 
 
