@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cloth_ros.model.compile import inlined, kernel
+from cloth_ros.model.kernels.jit import inlined, kernel
 
 from .sheets import timed
 

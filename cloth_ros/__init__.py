@@ -3,19 +3,10 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .model import (
-        Cloth,
-        Energy,
-        Gust,
-        Markers,
-        Scene,
-        Sheet,
-        Solver,
-        Sphere,
-        Springs,
-        Wind,
-    )
+    from .model import Cloth, Energy
+    from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
 
+_SCENE = ('Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere', 'Springs', 'Wind')
 __all__ = [
     'Cloth',
     'Energy',
@@ -31,7 +22,11 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import the model when it is first asked for: the node must heed signals before that."""
+    """Import on first use: the node must be able to handle signals before the slow imports."""
+    if name in _SCENE:
+        from . import scene
+
+        return getattr(scene, name)
     if name in __all__:
         from . import model
 

@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 OK = DiagnosticStatus.OK
 # Share of the ticks that may be late or missing where a node serves as before.
-SELDOM = 0.02
+THROTTLE = 0.02
 # Least real-time factor of a report that counts as real time.
 REAL_TIME = 0.95
 
@@ -87,7 +87,7 @@ class Ticks:
     @property
     def as_before(self) -> bool:
         """True if no message was lost, and ticks were seldom late or missing."""
-        return self.all_arrived and self.late + self.missing <= SELDOM * self.count
+        return self.all_arrived and self.late + self.missing <= THROTTLE * self.count
 
     @property
     def text(self) -> str:

@@ -69,10 +69,10 @@ def _watched(cloth: Cloth, outcome: Outcome, ticks: int, seconds: float) -> str:
         cloth.advance(seconds)
         watch.check()
         substeps += cloth.substeps
-    repeats = cloth.repeats.text
+    rollbacks = cloth.rollbacks.text
     return (
         f'largest strain {cloth.largest_strain():.2g}, {substeps} substeps in '
-        f'{ticks * seconds:.3g} s' + (f', repeated: {repeats}' if repeats else '')
+        f'{ticks * seconds:.3g} s' + (f', repeated: {rollbacks}' if rollbacks else '')
     )
 
 
@@ -150,8 +150,8 @@ def _storm(outcome: Outcome) -> tuple[bool, str]:
         cloth.advance(min(1 / 60, 200 * cloth.substep))
         watch.check()
         fastest = max(fastest, float(np.linalg.norm(cloth.velocities, axis=-1).max()))
-    repeats = cloth.repeats.text or 'nothing'
-    return True, f'fastest particle {fastest:.0f} m/s; repeated: {repeats}'
+    rollbacks = cloth.rollbacks.text or 'nothing'
+    return True, f'fastest particle {fastest:.0f} m/s; repeated: {rollbacks}'
 
 
 def _sphere(  # type: ignore[no-untyped-def]
@@ -171,14 +171,14 @@ def _sphere(  # type: ignore[no-untyped-def]
     def run(outcome: Outcome) -> tuple[bool, str]:
         scene = _scene(sphere__radius=radius, sphere__position=path[0], pins=pins)
         cloth = Cloth(scene)
-        watch, deepest = Watch(cloth, outcome), 0.0
+        watch, max_penetration = Watch(cloth, outcome), 0.0
         for position in [*path[1:], *[path[-1]] * 20]:
             cloth.move_sphere(position)
             cloth.advance(tick)
             watch.check()
-            deepest = max(deepest, cloth.sphere_depth)
-        text = f', held {1e3 * deepest:.2g} mm deep by pins' if deepest else ''
-        return held == (deepest > 0), f'largest strain {cloth.largest_strain():.2g}{text}'
+            max_penetration = max(max_penetration, cloth.sphere_depth)
+        text = f', held {1e3 * max_penetration:.2g} mm deep by pins' if max_penetration else ''
+        return held == (max_penetration > 0), f'largest strain {cloth.largest_strain():.2g}{text}'
 
     return run
 
@@ -227,9 +227,9 @@ def _long(seconds: float, precision: str, drag: float) -> Callable[[Outcome], tu
             still = float(np.linalg.norm(cloth.velocities, axis=-1).max())
             return still < 5e-3, f'fastest particle {still:.1g} m/s at the end'
         drift = max(abs(each) for each in energies) / swing
-        repeats = cloth.repeats.text
+        rollbacks = cloth.rollbacks.text
         figures = f'energy within {100 * drift:.2g} % of that of its fall'
-        return drift < 0.05, figures + (f'; repeated: {repeats}' if repeats else '')
+        return drift < 0.05, figures + (f'; repeated: {rollbacks}' if rollbacks else '')
 
     return run
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from cloth_ros import Scene
-from cloth_ros.model.quantity import shown
+from cloth_ros.scene.parameter import format_value
 
 from .tally import Tally, attempt
 
@@ -223,7 +223,7 @@ def paths() -> Tally:
         try:
             Scene.from_yaml(path)  # type: ignore[arg-type]
         except OSError as error:
-            raise ValueError(f'{shown(path)}: {error.strerror}; correct it') from None
+            raise ValueError(f'{format_value(path)}: {error.strerror}; correct it') from None
 
     with tempfile.TemporaryDirectory() as folder:
         for path in oddities(Path(folder)):

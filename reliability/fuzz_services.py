@@ -17,13 +17,13 @@ from rcl_interfaces.srv import (
 from rclpy.parameter import Parameter as RclpyParameter
 from std_srvs.srv import Trigger
 
-from cloth_ros.model.quantity import PARAMETER_NAMES
+from cloth_ros.scene.parameter import PARAMETERS
 
 from .junk import DEFAULTS, NAMES
 from .live import Live, to_set
 from .tally import Tally, is_clear
 
-FIXED = [name for name in NAMES if PARAMETER_NAMES[name].fixed]
+FIXED = [name for name in NAMES if PARAMETERS[name].fixed]
 _OTHERS = ['', '.', 'sheet', 'rates', 'a b', 'é', 'x' * 10_000, 'use_sim_time', 'sheet.rows.x']
 _REALS = [np.nan, np.inf, -np.inf, 5e-324, 1e308, -1.0, -0.0, 0.0, 1e-9, 0.5, 1.0, 2.5, 1e3, 1e9]
 _WHOLE = [0, 1, -1, 2, 3, 7, 65, 1024, 2**31, 2**53 + 1, 2**63 - 1, -(2**63)]
@@ -78,8 +78,8 @@ def value(generator: np.random.Generator, kind: int) -> ParameterValue:
 
 def _kind_of(default: object) -> int:
     """Return the kind that a parameter has."""
-    typed = default if not isinstance(default, tuple) else list(default)
-    return int(RclpyParameter('', value=typed).type_.value)
+    coerce_types = default if not isinstance(default, tuple) else list(default)
+    return int(RclpyParameter('', value=coerce_types).type_.value)
 
 
 def _parameter(generator: np.random.Generator) -> Parameter:
@@ -115,7 +115,7 @@ def _set(running: Live, tally: Tally, parameters: list[Parameter], *, atomically
     for result, of in zip(results, asked, strict=False):
         reason = result.reason
         # What rclpy says of names that are none of the scene is its own.
-        own = all(each.name in PARAMETER_NAMES for each in of)
+        own = all(each.name in PARAMETERS for each in of)
         if result.successful:
             tally.accepted += 1
         elif is_clear(reason) if own else (reason.isprintable() and 0 < len(reason) < 1000):

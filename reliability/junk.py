@@ -12,10 +12,10 @@ import numpy as np
 from hypothesis import strategies as st
 
 from cloth_ros import Scene
-from cloth_ros.model.quantity import PARAMETER_NAMES
+from cloth_ros.scene.parameter import PARAMETERS
 
 DEFAULTS = Scene().flat()
-NAMES = sorted(PARAMETER_NAMES)
+NAMES = sorted(PARAMETERS)
 GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'solver', 'markers']
 
 
@@ -96,7 +96,7 @@ def anything() -> st.SearchStrategy[object]:
 
 def near(name: str) -> st.SearchStrategy[object]:
     """Return a strategy of values of a parameter, and of those next to the ends of its range."""
-    known, default = PARAMETER_NAMES[name], DEFAULTS[name]
+    known, default = PARAMETERS[name], DEFAULTS[name]
     if known.choices:
         return st.sampled_from([*known.choices, *(choice.upper() for choice in known.choices)])
     if isinstance(default, bool):

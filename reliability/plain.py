@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.gusts import Gusts
-from cloth_ros.model.lattice import Array
-from cloth_ros.model.springs import ends, families
+from cloth_ros.model.forces.gusts import Gusts
+from cloth_ros.model.forces.springs import spring_ends, spring_families
+from cloth_ros.model.grid import Array
 
 _TINY = 1e-12  # m
 
@@ -54,17 +54,17 @@ class PlainCloth:
     def _springs(self) -> Array:
         force = np.zeros_like(self.positions)
         damping = self._scene.springs.damping
-        for family in families(self._scene):
-            first, second = ends(family, self.positions)
+        for family in spring_families(self._scene):
+            first, second = spring_ends(family, self.positions)
             way = first - second
             length = np.sqrt(np.sum(way * way, axis=0))
             direction = way / np.maximum(length, _TINY)
-            u, v = ends(family, self.velocities)
+            u, v = spring_ends(family, self.velocities)
             closing = np.sum((u - v) * direction, axis=0)
             pull = (
                 family.stiffness * (family.rest_length - length) - damping * closing
             ) * direction
-            left, right = ends(family, force)
+            left, right = spring_ends(family, force)
             left += pull
             right -= pull
         return force

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.contact.continuous_collision import max_penetration
 from cloth_ros.model.energy import Energy
-from cloth_ros.model.lattice import Array
-from cloth_ros.model.substeps import precision_for
-from cloth_ros.model.sweep import deepest
+from cloth_ros.model.grid import Array
+from cloth_ros.model.time_step import precision_for
 
 from .scenes import Input, Trial
 
@@ -79,7 +79,7 @@ class Outcome:
     depth: float = 0.0
     stretches: int = 0
     any_work: int = 0
-    repeats: Counter[str] = field(default_factory=Counter)
+    rollbacks: Counter[str] = field(default_factory=Counter)
     repeated: int = 0
     starts: Counter[str] = field(default_factory=Counter)
 
@@ -90,7 +90,7 @@ class Outcome:
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in ('energy', 'swing', 'depth'):
             setattr(self, name, max(getattr(self, name), getattr(other, name)))
-        self.repeats.update(other.repeats)
+        self.rollbacks.update(other.rollbacks)
         self.starts.update(other.starts)
 
 
@@ -211,7 +211,7 @@ class Watch:
             return
         points = positions.reshape(-1, 3) - cloth.sphere_position
         free, held = (
-            float(deepest(points, self._triangles[which], radius))
+            float(max_penetration(points, self._triangles[which], radius))
             for which in (~self._held, self._held)
         )
         allowed = min(DEPTH, _DEPTH_SHARE * cloth.scene.sphere.radius)
@@ -288,8 +288,8 @@ def run(trial: Trial, outcome: Outcome, patience: float = PATIENCE) -> None:
     outcome.trials += done
     outcome.cut += not done
     outcome.starts[trial.start] += 1
-    counts = vars(cloth.repeats)
-    outcome.repeats.update(counts)
+    counts = vars(cloth.rollbacks)
+    outcome.rollbacks.update(counts)
     outcome.repeated += any(counts.values())
     outcome.stretches += cloth.stretches
     outcome.any_work += cloth.any_work
@@ -300,10 +300,10 @@ def _runs_to_its_end(trial: Trial, cloth: Counted, watch: Watch, end: float) -> 
     for what in trial.inputs:
         apply(trial, cloth, what, watch)
         before, done = cloth.any_work, True
-        march = cloth.march(trial.seconds(cloth, what.seconds))
-        for _ in march:
+        advance_stepwise = cloth.advance_stepwise(trial.seconds(cloth, what.seconds))
+        for _ in advance_stepwise:
             if time.monotonic() > end:
-                march.close()
+                advance_stepwise.close()
                 done = False
         watch.check(found=cloth.any_work > before)
         if not done:

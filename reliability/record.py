@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from cloth_ros.model.quantity import described
+from cloth_ros.scene.parameter import format_error
 from cloth_ros.tradeoff.machine import describe
 
 RESULTS = Path('docs/reliability')
@@ -64,7 +64,7 @@ class Row:
 def broken(what: str, promised: str, error: Exception) -> Row:
     """Return the row of what has ended in an error, and print where that was."""
     traceback.print_exception(error)
-    text = described(error).replace('|', '/')  # in a table
+    text = format_error(error).replace('|', '/')  # in a table
     return Row(what, promised, text[:_LONGEST], kept=False)
 
 

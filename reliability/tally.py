@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from cloth_ros.model.quantity import shown
+from cloth_ros.scene.parameter import format_value
 
 from .record import Row
 
@@ -55,7 +55,7 @@ class Tally:
         self.refused = self.accepted = 0
         self.wrong: list[str] = []
 
-    def refuse(self, message: str, case: object) -> None:
+    def invalid_value_error(self, message: str, case: object) -> None:
         """Count a refusal, for what it says."""
         if is_clear(message):
             self.refused += 1
@@ -64,7 +64,7 @@ class Tally:
 
     def blame(self, outcome: str, case: object) -> None:
         """Note that a case came out as nothing may."""
-        text = f'{outcome}, of {shown(case)}'
+        text = f'{outcome}, of {format_value(case)}'
         self.wrong.append(text.encode('utf-8', 'backslashreplace').decode())
 
     @property
@@ -111,7 +111,7 @@ def attempt(tally: Tally, case: object, call: Callable[[], object]) -> bool:
             call()
     except Exception as error:
         if type(error) is ValueError:
-            tally.refuse(str(error), case)
+            tally.invalid_value_error(str(error), case)
         else:
             tally.blame(f'{type(error).__name__}: {error}', case)
         return False

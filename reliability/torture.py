@@ -137,7 +137,7 @@ def shared(count: int, number: int, compared: int) -> tuple[Outcome, Comparison]
 def rows(outcome: Outcome, comparison: Comparison) -> list[Row]:
     """Return what trials came to that have kept every promise; `torture` raises otherwise."""
     started = ', '.join(f'{count} {start}' for start, count in sorted(outcome.starts.items()))
-    repeats = ', '.join(f'{count} {how}' for how, count in outcome.repeats.items())
+    rollbacks = ', '.join(f'{count} {how}' for how, count in outcome.rollbacks.items())
     total = outcome.trials + outcome.cut
     bounded = outcome.advances - outcome.found - outcome.given
     return [
@@ -181,7 +181,7 @@ def rows(outcome: Outcome, comparison: Comparison) -> list[Row]:
         Row(
             'the guard',
             'what has too much energy is repeated',
-            f'in {outcome.repeated} scenes; of {outcome.stretches:,} stretches: {repeats}; '
+            f'in {outcome.repeated} scenes; of {outcome.stretches:,} stretches: {rollbacks}; '
             f'in {outcome.any_work:,} the work of a sphere that grows or is in the way of pins '
             'could not be bounded',
             kept=True,

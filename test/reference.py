@@ -31,8 +31,8 @@ class Equations:
                         dx, dy = scene.sheet.spacing
                         rest = np.hypot(di * dy, dj * dx)
                         springs.append((number[i, j], number[i + di, j + dj], stiffness, rest))
-        ends = np.array([spring[:2] for spring in springs], int).reshape(-1, 2)
-        self._first, self._second = ends.T
+        spring_ends = np.array([spring[:2] for spring in springs], int).reshape(-1, 2)
+        self._first, self._second = spring_ends.T
         values = np.array([spring[2:] for spring in springs]).reshape(-1, 2)
         self._stiffness, self._rest = values.T
         places = np.repeat(number[..., None], 3, axis=-1)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from reference import triangles
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
 
 
 def airborne(**changes: object) -> Scene:
@@ -63,7 +63,7 @@ def test_a_sheet_ends_with_the_wind():
     np.testing.assert_allclose(cloth.velocities.mean((0, 1)), (0, 0, 7.0), atol=0.02)
 
 
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', INTEGRATORS)
 @pytest.mark.parametrize('drag', [0.0, 2.0])
 @pytest.mark.parametrize('substeps', [1, 60])
 def test_the_terminal_velocity_is_exact_whatever_the_step(drag, substeps, method):

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Scene
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.model.stability import SAFETY
-from cloth_ros.model.tangent import stability_limit
-from cloth_ros.tradeoff.breaking import compare, measured_limit, states
+from cloth_ros.tradeoff.measured_stability import compare, measured_limit, states
+from cloth_ros.tradeoff.tangent_stiffness import stability_limit
 
-every_method = pytest.mark.parametrize('method', METHODS)
+every_method = pytest.mark.parametrize('method', INTEGRATORS)
 
 
 def check(scene: Scene, method: str) -> None:

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from reference import distances, triangles
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model import broad_phase
-from cloth_ros.model.broad_phase import BroadPhase
-from cloth_ros.model.lattice import Lattice
+from cloth_ros.model.contact import broad_phase
+from cloth_ros.model.contact.broad_phase import BroadPhase
+from cloth_ros.model.grid import Grid
 from cloth_ros.model.state import State
 
 ROUNDING = 2e-6  # m
@@ -32,7 +32,7 @@ def compared() -> Iterator[Counter[str]]:
     def both(self, state, h, start, end, radius, way):
         counts['found'] += 1
         found = find(self, state, h, start, end, radius, way)
-        expected = find(BroadPhase(self._lattice), state, h, start, end, radius, way)
+        expected = find(BroadPhase(self._grid_layout), state, h, start, end, radius, way)
         counts['searched'] -= 1  # by the other
         assert np.array_equal(found[0], expected[0])
         assert np.array_equal(found[1], expected[1])
@@ -113,7 +113,7 @@ def test_a_sphere_that_has_become_slow_has_few_candidates():
 
 def test_a_sphere_that_grows_is_watched():
     contact = Cloth(Scene().with_parameters({'sphere.radius': 0.1}))._contact
-    state = State(Lattice(2, 2), np.float64)
+    state = State(Grid(2, 2), np.float64)
     contact._broad_phase.clearance = 1.0
     assert contact.is_clear(state, 1e-3, 1.0)
     contact.radius = 0.05

@@ -196,7 +196,7 @@ def test_what_a_scene_needed_is_freed_with_it():
     cloth.advance(0.1)
     gc.disable()
     try:
-        before = weakref.ref(cloth._dynamics)
+        before = weakref.ref(cloth._kick_drift)
         cloth.configure(SMALL.with_parameters({'springs.bending': 5.0}))
         assert before() is None
     finally:
@@ -208,4 +208,4 @@ def test_substeps_have_one_length_however_late_it_is():
     cloth = Cloth(SMALL)
     for _ in range(3000):
         cloth.advance(1 / 60)
-    assert len(cloth._dynamics._tables) < 10
+    assert len(cloth._kick_drift._tables) < 10

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.coarse import CoarseCloth, cloth_on, take_over
+from cloth_ros.live.coarse_cloth import CoarseCloth, cloth_on, take_over
 
 SCENE = Scene().with_parameters(
     {'sheet.rows': 33, 'sheet.columns': 41, 'pins': ['0,0', '0,-1'], 'solver.precision': 'double'}

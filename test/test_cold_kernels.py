@@ -26,7 +26,7 @@ def test_the_cloth_goes_on_while_they_are_compiled(start_cloth, probe, tmp_path,
 
 ENDING = """
 import time
-from cloth_ros.model.background import Background
+from cloth_ros.live.kernel_compiler import Background
 
 def make():
     time.sleep(0.5)

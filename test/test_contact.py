@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from reference import crossings, distances, triangles
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.closest_point import closest_point
+from cloth_ros.model.contact.closest_point import closest_point
 
 CONFIG = Path(__file__).parent.parent / 'config'
 TOLERANCE = 1e-4  # m, what contact leaves uncorrected, and a little for single precision
@@ -264,7 +264,7 @@ def test_a_sphere_on_a_pinned_edge_does_not_shake_the_sheet():
         cloth.advance(0.5)
     assert 0.01 < cloth.sphere_depth <= 0.1
     assert np.sqrt(np.mean(cloth.velocities**2)) < 0.2  # m/s; once the fastest had 75
-    assert cloth.repeats.held == 0
+    assert cloth.rollbacks.held == 0
 
 
 def test_a_change_of_a_parameter_leaves_a_sphere_as_large_as_it_is():
@@ -292,14 +292,14 @@ def test_a_sphere_that_appears_in_the_sheet_grows_and_throws_nothing():
         assert depth(cloth) < TOLERANCE + ROUNDING
     assert cloth.sphere_radius == 0.3
     assert fastest < 10  # m/s
-    assert cloth.repeats.text == ''
+    assert cloth.rollbacks.text == ''
 
 
 def test_a_sphere_that_appears_grows_as_well_when_a_stretch_is_repeated():
     cloth = Cloth(Scene().with_parameters({'sphere.radius': 0.3, 'sphere.position': [0, 0, 1.0]}))
     cloth.advance(0.01)
     cloth.positions = cloth.positions
-    cloth._state.velocity[2, cloth._lattice.begin + 40] = 1e6
+    cloth._state.velocity[2, cloth._grid_layout.begin + 40] = 1e6
     cloth.advance(0.01)
     assert cloth.sphere_radius < 0.05
 
@@ -340,4 +340,4 @@ def test_nothing_is_repeated_where_a_slow_sphere_pushes(size, pins, radius, star
     for n in range(ticks + 120):
         cloth.move_sphere((start + way * min((n + 1) / ticks, 1.0)).tolist())
         cloth.advance(1 / 60)
-    assert cloth.repeats.text == ''
+    assert cloth.rollbacks.text == ''

@@ -2,8 +2,8 @@ import pytest
 
 from cloth_ros import Scene
 from cloth_ros.model import simulation
-from cloth_ros.model.dynamics import Dynamics
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
+from cloth_ros.model.integrators.kick_drift import KickDrift
 from cloth_ros.tradeoff.energy_budget import AccountedCloth
 
 TICK = 1 / 60
@@ -32,7 +32,7 @@ def test_the_budget_of_every_ready_scene_closes(config):
     assert (budget.contact != 0) == touched
 
 
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', INTEGRATORS)
 def test_dashpots_and_drag_take_what_is_booked_to_them(method):
     scene = Scene().with_parameters(
         {
@@ -68,7 +68,7 @@ def test_forces_that_are_not_by_their_laws_stay_unexplained(fault, monkeypatch):
     def faulty(scene, *others):
         value = scene.flat()[fault]
         wrong = [1.5 * each for each in value] if fault == 'gravity' else 1.5 * value
-        return Dynamics(scene.with_parameters({fault: wrong}), *others)
+        return KickDrift(scene.with_parameters({fault: wrong}), *others)
 
     soft = {'springs.structural': 4.0, 'springs.shear': 2.0, 'springs.bending': 0.4, 'drag': 2.0}
     scene = Scene().with_parameters({'sheet.rows': 10, 'sheet.columns': 10, **soft})

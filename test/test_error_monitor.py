@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model import error_monitor
-from cloth_ros.model.error_monitor import ErrorMonitor
-from cloth_ros.model.methods import METHODS
+from cloth_ros.live import error_estimate
+from cloth_ros.live.error_estimate import ErrorEstimator
+from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.tradeoff.live_error import compare
-from cloth_ros.tradeoff.trial import Course
+from cloth_ros.tradeoff.run import Scenario
 
 TICK = 1 / 60
 
@@ -21,7 +21,7 @@ def scene(**changes: object) -> Scene:
     return Scene().with_parameters({'sheet.rows': 12, 'sheet.columns': 12, **changes})
 
 
-@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('method', INTEGRATORS)
 @pytest.mark.parametrize('precision', ['single', 'double'])
 @pytest.mark.parametrize('config', ['hanging', 'gust', 'drop_on_sphere', 'small_fast_sphere'])
 def test_the_estimate_is_within_a_factor_of_three_of_the_truth(config, precision, method):
@@ -30,7 +30,7 @@ def test_the_estimate_is_within_a_factor_of_three_of_the_truth(config, precision
     )
     # The sphere comes down on the sheet where there is one; until then nothing is chaotic.
     goal = (0.0, 0.0, 0.9) if config == 'small_fast_sphere' else None
-    comparisons = compare(ready, Course(0.3, 2 * TICK, goal=goal, arrival=0.3))
+    comparisons = compare(ready, Scenario(0.3, 2 * TICK, goal=goal, arrival=0.3))
     assert len(comparisons) >= 3
     for each in comparisons:
         assert each.truth / 3 < each.estimate < 3 * each.truth, each
@@ -44,7 +44,7 @@ def test_the_estimate_is_within_a_factor_of_three_of_the_truth(config, precision
 def test_the_twin_is_given_what_the_cloth_was_given(winds, parts):
     """Had it other wind, or other ticks, it would be millimetres away."""
     cloth = Cloth(scene(**{'solver.precision': 'double', 'solver.substeps': 200}))
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     seen = []
     for wind in winds:
         cloth.wind = wind
@@ -59,7 +59,7 @@ def test_the_twin_is_given_what_the_cloth_was_given(winds, parts):
 
 def test_windows_grow_to_a_second_and_lie_behind_the_present():
     cloth = Cloth(scene())
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     estimates = []
     for _ in range(200):
         monitor.observe(TICK)
@@ -78,7 +78,7 @@ def test_windows_grow_to_a_second_and_lie_behind_the_present():
 
 def test_nothing_is_done_without_time_and_the_cloth_is_left_alone():
     cloth, alone = Cloth(scene()), Cloth(scene())
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     for number in range(30):
         monitor.observe(TICK)
         cloth.advance(TICK)
@@ -90,7 +90,7 @@ def test_nothing_is_done_without_time_and_the_cloth_is_left_alone():
 
 def test_a_restart_forgets_what_was_and_follows_the_new_scene():
     cloth = Cloth(scene())
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     for _ in range(12):
         monitor.observe(TICK)
         cloth.advance(TICK)
@@ -111,7 +111,7 @@ def test_a_restart_forgets_what_was_and_follows_the_new_scene():
 def test_ticks_that_were_not_observed_are_not_taken_for_an_error():
     """Nobody listens for a while, and the node spares itself the estimate."""
     cloth = Cloth(scene(**{'solver.precision': 'double', 'solver.substeps': 200}))
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     for number in range(60):
         if not 20 <= number < 25:
             monitor.observe(TICK)
@@ -126,9 +126,9 @@ def test_ticks_that_were_not_observed_are_not_taken_for_an_error():
 def test_no_more_time_is_spent_than_was_given(monkeypatch):
     """But for the last substep, which is never divided; by a clock that ticks when it is read."""
     clock = itertools.count(step=1e-4)
-    monkeypatch.setattr(error_monitor.time, 'perf_counter', lambda: next(clock))
+    monkeypatch.setattr(error_estimate.time, 'perf_counter', lambda: next(clock))
     cloth = Cloth(scene())
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     given, calls = 0.05 * TICK, 300
     spent = 0.0
     for _ in range(calls):
@@ -149,16 +149,16 @@ def test_one_twin_at_most_is_in_the_making_and_a_reset_needs_no_other(monkeypatc
         release.wait(10.0)
         return Cloth(scene)
 
-    monkeypatch.setattr(error_monitor, '_twin', slowly)
+    monkeypatch.setattr(error_estimate, '_fine_solution', slowly)
     cloth = Cloth(scene())
-    monitor = ErrorMonitor(cloth, background=True)
+    monitor = ErrorEstimator(cloth, background=True)
     for k in range(1, 20):
         cloth.configure(scene(**{'springs.bending': float(k)}))
         monitor.restart()
         monitor.observe(TICK)
     assert len(made) == 1
     release.set()
-    while len(made) < 2 or monitor._twin is None:  # of the scene that it is now
+    while len(made) < 2 or monitor._fine_solution is None:  # of the scene that it is now
         monitor.observe(TICK)
     assert made[-1].springs.bending == 19.0
     cloth.reset()
@@ -170,7 +170,7 @@ def test_one_twin_at_most_is_in_the_making_and_a_reset_needs_no_other(monkeypatc
 
 @pytest.mark.parametrize('seconds', [math.nan, -1.0, 'long', None])
 def test_time_that_is_none_is_refused(seconds):
-    monitor = ErrorMonitor(Cloth(scene()))
+    monitor = ErrorEstimator(Cloth(scene()))
     for method in (monitor.observe, monitor.work):
         with pytest.raises(ValueError, match='seconds is'):
             method(seconds)
@@ -180,6 +180,6 @@ def test_why_there_is_no_twin_is_said(monkeypatch):
     def none(_):
         raise MemoryError('no more')
 
-    monkeypatch.setattr(error_monitor, '_twin', none)
-    monitor = ErrorMonitor(Cloth(scene()))
+    monkeypatch.setattr(error_estimate, '_fine_solution', none)
+    monitor = ErrorEstimator(Cloth(scene()))
     assert monitor.report() == {'error estimate [m]': 'none can be made: MemoryError, no more'}

@@ -3,7 +3,7 @@ import math
 import pytest
 from geometry_msgs.msg import Quaternion, Transform, Vector3
 
-from cloth_ros.node.frames import transformed
+from cloth_ros.node.transforms import transformed
 
 
 def test_points_are_turned_and_shifted_and_vectors_turned_only():

@@ -4,12 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.grids import on_grid, sampled
+from cloth_ros.model.resample import interpolate, resample_scene
 
 
 def test_the_same_cloth_has_the_same_mass_size_and_stiffness():
     scene = Scene.from_yaml('config/gust.yaml')
-    finer = on_grid(scene, 2.0)
+    finer = resample_scene(scene, 2.0)
     assert (finer.sheet.rows, finer.sheet.columns) == (71, 71)
     for name in ('sheet.mass', 'sheet.size', 'springs.structural', 'springs.shear'):
         assert finer.flat()[name] == scene.flat()[name]
@@ -19,7 +19,7 @@ def test_the_same_cloth_has_the_same_mass_size_and_stiffness():
 def test_a_stretched_sheet_stores_the_same_energy_on_every_grid():
     energies = []
     for factor in (0.5, 1.0, 2.0):
-        scene = on_grid(
+        scene = resample_scene(
             Scene(sheet={'rows': 17, 'columns': 17}, springs={'shear': 0.0, 'bending': 0.0}),
             factor,
         )
@@ -41,7 +41,7 @@ def test_pins_stay_where_they_were(pins, factor):
     scene = Scene(
         sheet={'rows': 9, 'columns': 9}, pins=[f'{row},{column}' for row, column in pins]
     )
-    other = on_grid(scene, factor)
+    other = resample_scene(scene, factor)
     before, after = Cloth(scene), Cloth(other)
     old = before.positions[scene.pinned()]
     new = after.positions[other.pinned()]
@@ -63,7 +63,7 @@ def test_pins_stay_where_they_were(pins, factor):
 )
 def test_many_pins_are_written_in_few_strings(pins, factor):
     scene = Scene(sheet={'rows': 128, 'columns': 129}, pins=pins)
-    other = on_grid(scene, factor)
+    other = resample_scene(scene, factor)
     assert len(other.pins) <= 128
     shape = (other.sheet.rows, other.sheet.columns)
     wanted = np.zeros(shape, bool)
@@ -80,11 +80,11 @@ def test_a_grid_whose_pins_cannot_be_written_is_none():
         for first, step in rng.integers((0, 5), (100, 60), (16, 2))
     ]
     scene = Scene(sheet={'rows': 511, 'columns': 511}, pins=pins)
-    assert on_grid(scene, 0.5) is None
+    assert resample_scene(scene, 0.5) is None
 
 
 def test_no_pins_stay_no_pins():
-    assert not on_grid(Scene(pins=['']), 2.0).pinned().any()
+    assert not resample_scene(Scene(pins=['']), 2.0).pinned().any()
 
 
 def test_a_grid_is_sampled_where_the_coarser_particles_are():
@@ -92,12 +92,12 @@ def test_a_grid_is_sampled_where_the_coarser_particles_are():
         Cloth(Scene(sheet={'rows': rows, 'columns': columns})).positions
         for rows, columns in ((13, 17), (5, 9))
     )
-    np.testing.assert_allclose(sampled(fine[None], 5, 9)[0], coarse, atol=1e-6)
+    np.testing.assert_allclose(interpolate(fine[None], 5, 9)[0], coarse, atol=1e-6)
 
 
 def test_a_strip_is_refined_along_its_length():
     strip = Scene(sheet={'rows': 1, 'columns': 9}, pins=['0,0'], springs={'bending': 2.0})
-    finer = on_grid(strip, 2.0)
+    finer = resample_scene(strip, 2.0)
     assert (finer.sheet.rows, finer.sheet.columns) == (1, 17)
     assert finer.springs.bending == pytest.approx(8.0)
-    assert on_grid(Scene(sheet={'rows': 1, 'columns': 1}), 2.0) is None
+    assert resample_scene(Scene(sheet={'rows': 1, 'columns': 1}), 2.0) is None

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.dynamics import Dynamics
 from cloth_ros.model.energy import EnergyMeter, energy
-from cloth_ros.model.lattice import Lattice
-from cloth_ros.model.methods.damped_euler import DampedEuler
-from cloth_ros.model.methods.steps import Block
+from cloth_ros.model.grid import Grid
+from cloth_ros.model.integrators.damped_euler import DampedEuler
+from cloth_ros.model.integrators.integrator import SubstepBatch
+from cloth_ros.model.integrators.kick_drift import KickDrift
 from cloth_ros.model.state import State
-from cloth_ros.model.substeps import heating
+from cloth_ros.model.time_step import rounding_heating_rate
 
 CONFIG = Path(__file__).parent.parent / 'config'
 BARE = {'drag': 0.0, 'wind.air_density': 0.0}
@@ -49,8 +49,8 @@ def test_a_crumpled_cloth_gains_no_energy(size, precision):
         cloth.advance(1 / 600)
         assert cloth.energy() < 1.03 * start
     # The first stretch was repeated finer, one time or two; after that the cloth knew.
-    assert 1 <= cloth.repeats.finer <= 2
-    assert cloth.repeats.held == cloth.repeats.damped == cloth.repeats.limited == 0
+    assert 1 <= cloth.rollbacks.finer <= 2
+    assert cloth.rollbacks.held == cloth.rollbacks.damped == cloth.rollbacks.limited == 0
 
 
 @pytest.mark.parametrize('size', [0.1, 0.5])
@@ -75,13 +75,13 @@ def test_a_state_that_is_no_good_is_made_again_from_the_last_good_one(wrong):
     cloth, other = Cloth(SMALL), Cloth(SMALL)
     for each in (cloth, other):
         each.advance(0.1)
-    cloth._state.velocity[0, cloth._lattice.begin + 20] = wrong
+    cloth._state.velocity[0, cloth._grid_layout.begin + 20] = wrong
     for each in (cloth, other):
         each.advance(0.1)
     assert cloth.time == other.time
     assert np.isfinite(cloth.positions).all()
     assert np.isfinite(cloth.velocities).all()
-    assert cloth.repeats.text == '1 finer'
+    assert cloth.rollbacks.text == '1 finer'
     np.testing.assert_allclose(cloth.positions, other.positions, atol=1e-3)
 
 
@@ -91,7 +91,7 @@ def test_a_step_that_the_user_has_fixed_is_left_as_it_is():
     for _ in range(60):
         cloth.advance(1 / 60)
         assert cloth.substeps == 40
-    assert cloth.repeats.text == ''
+    assert cloth.rollbacks.text == ''
 
 
 class Wrong:
@@ -116,7 +116,7 @@ def test_velocities_are_scaled_down_where_finer_steps_do_not_help():
 
     cloth._method = Wrong(cloth, push)
     cloth.advance(1e-6)
-    assert cloth.repeats.text == '2 finer, 1 limited'
+    assert cloth.rollbacks.text == '2 finer, 1 limited'
     assert cloth.energy() == pytest.approx(start, abs=1e-3 * abs(start))
     np.testing.assert_allclose(cloth.velocities, moving, rtol=1e-2, atol=1e-3)
 
@@ -132,11 +132,11 @@ def test_a_cloth_goes_on_damped_where_nothing_else_helps():
     cloth._method = Wrong(cloth, lose)
     for n in range(1, 4):
         cloth.advance(1 / 60)
-        assert cloth.repeats.damped >= n
+        assert cloth.rollbacks.damped >= n
         assert np.isfinite(cloth.positions).all()
         assert cloth.energy() <= start + 1e-6
     assert not np.array_equal(cloth.positions, before)
-    assert cloth.repeats.held == 0
+    assert cloth.rollbacks.held == 0
 
 
 def test_a_cloth_is_held_where_even_that_does_not(monkeypatch):
@@ -153,7 +153,7 @@ def test_a_cloth_is_held_where_even_that_does_not(monkeypatch):
     assert cloth.time == pytest.approx(time + 1 / 60)
     assert np.array_equal(cloth.positions, before)
     assert not cloth.velocities.any()
-    assert cloth.repeats.held > 0
+    assert cloth.rollbacks.held > 0
 
 
 def test_a_cloth_is_held_where_even_contact_fails(monkeypatch):
@@ -164,7 +164,7 @@ def test_a_cloth_is_held_where_even_contact_fails(monkeypatch):
     cloth.advance(1 / 60)
     assert np.array_equal(cloth.positions, before)
     assert not cloth.velocities.any()
-    assert cloth.repeats.held > 0
+    assert cloth.rollbacks.held > 0
 
 
 @pytest.mark.parametrize('scene', sorted(CONFIG.glob('*.yaml'), key=lambda path: path.stem))
@@ -172,7 +172,7 @@ def test_nothing_is_repeated_in_the_scenes_that_come_along(scene):
     cloth = Cloth(Scene.from_yaml(scene))
     for _ in range(60):
         cloth.advance(1 / 60)
-    assert cloth.repeats.text == ''
+    assert cloth.rollbacks.text == ''
 
 
 @settings(max_examples=60, deadline=None)
@@ -195,7 +195,7 @@ def test_the_damped_method_never_gains_energy(
     )
     elastic, _ = scene.rate_bounds()
     h = step / math.sqrt(elastic) if elastic else step
-    lattice = Lattice(rows, columns)
+    lattice = Grid(rows, columns)
     state = State(lattice, np.float64)
     state.pin(scene.pinned())
     state.world = Cloth(scene).positions.transpose(2, 0, 1)
@@ -203,10 +203,12 @@ def test_the_damped_method_never_gains_energy(
     state.world += generator.normal(0, size, (3, rows, columns)) * free
     lattice.grid(state.velocity)[...] = generator.normal(0, speed, (3, rows, columns)) * free
     more = DampedEuler.drag(h, elastic)
-    method = DampedEuler(Dynamics(scene, lattice, np.zeros(3), np.float64, more_drag=more))
+    method = DampedEuler(KickDrift(scene, lattice, np.zeros(3), np.float64, more_drag=more))
     before = energy(state.world, state.speeds, scene)
     for _ in range(15):
-        for _ in method.run(state, [Block(1, h / division)], lambda _: None, lambda _: False):
+        for _ in method.run(
+            state, [SubstepBatch(1, h / division)], lambda _: None, lambda _: False
+        ):
             pass
         after = energy(state.world, state.speeds, scene)
         assert after.total <= before.total + 1e-12 * (before.motion + abs(before.gravitational))
@@ -225,7 +227,7 @@ def test_the_form_that_the_damped_method_rests_on_is_never_positive(q, more, n):
 def test_a_stretch_that_is_divided_already_is_repeated_from_its_start():
     cloth = Cloth(SMALL)
     cloth.advance(0.1)
-    cloth._guard.division = 4
+    cloth._energy_monitor.division = 4
     starts, spoil = [], [True]
 
     class Spoiling(Wrong):
@@ -241,35 +243,35 @@ def test_a_stretch_that_is_divided_already_is_repeated_from_its_start():
     cloth._method = Spoiling(cloth, push)
     cloth.advance(1e-3)
     assert starts == [0.1, 0.1]
-    assert cloth._guard.division == 16
+    assert cloth._energy_monitor.division == 16
 
 
 def test_longer_substeps_come_back_after_a_while():
     cloth = Cloth(SMALL.with_parameters({'drag': 0.5}))
     cloth.advance(1 / 60)
     calm = cloth.substeps
-    cloth._state.velocity[0, cloth._lattice.begin + 20] = np.nan
+    cloth._state.velocity[0, cloth._grid_layout.begin + 20] = np.nan
     cloth.advance(1 / 60)
     assert cloth.substeps > 2 * calm
     for _ in range(300):
         cloth.advance(1 / 60)
     assert cloth.substeps == calm
-    assert cloth.repeats.text == '1 finer'
+    assert cloth.rollbacks.text == '1 finer'
 
 
 def test_work_that_is_no_number_is_no_excuse():
     cloth = Cloth(SMALL)
     cloth.advance(0.1)
-    assert not cloth._guard.accepts(cloth._state, math.nan)
-    assert cloth._guard.accepts(cloth._state, 0.0)
+    assert not cloth._energy_monitor.accepts(cloth._state, math.nan)
+    assert cloth._energy_monitor.accepts(cloth._state, 0.0)
 
 
 def test_a_march_that_is_given_up_leaves_no_work_behind():
     cloth = Cloth(WEIGHTLESS.with_parameters({'wind.air_density': 1.2}))
     cloth.wind = (0.0, 0.0, 50.0)
-    march = cloth.march(1.0)
+    advance_stepwise = cloth.advance_stepwise(1.0)
     for _ in range(4):
-        next(march)
+        next(advance_stepwise)
     cloth.reset()
     cloth.advance(1e-4)
     assert abs(cloth.work) < 1e-6
@@ -314,7 +316,7 @@ def test_nothing_is_repeated_in_a_storm_that_a_light_cloth_can_bear(mass, speed)
     cloth = Cloth(Scene().with_parameters(scene))
     for _ in range(120):
         cloth.advance(1 / 60)
-    assert cloth.repeats.text == ''
+    assert cloth.rollbacks.text == ''
 
 
 def test_the_two_ends_of_a_spring_feel_the_same_force():
@@ -339,10 +341,10 @@ def test_the_two_ends_of_a_spring_feel_the_same_force():
 def test_a_cloth_that_single_precision_would_heat_is_taken_in_double():
     stiff = WEIGHTLESS.with_parameters({'springs.structural': 1e8, 'sheet.mass': 1e-3})
     assert stiff.solver.precision == 'single'
-    assert heating(stiff) > 1
+    assert rounding_heating_rate(stiff) > 1
     cloth = Cloth(stiff)
     assert cloth.velocities.dtype == float
     assert cloth._state.dtype is np.float64
     cloth.advance(1e-3)
     assert cloth.energy() < 1e-9
-    assert heating(Scene()) < 1e-5
+    assert rounding_heating_rate(Scene()) < 1e-5

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Gust, Scene
-from cloth_ros.model.gusts import Gusts
+from cloth_ros.model.forces.gusts import Gusts
 
 GUST = Gust(period=5.0, duration=1.0, direction=(0, 2, 0), speed=(1.0, 4.0), seed=3)
 

@@ -6,13 +6,13 @@ from reference import Equations
 from scipy.integrate import solve_ivp
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
 
 SECONDS = 0.2
 WIND = (0.5, 2.0, -1.0)
 
 # Sheets of different shape, with all kinds of forces that are smooth.
-SYSTEMS = {
+ANALYTIC_CASES = {
     'structural springs': {'springs.shear': 0.0, 'springs.bending': 0.0},
     'the defaults': {},
     'dashpots and drag': {'springs.damping': 0.02, 'drag': 2.0},
@@ -27,8 +27,8 @@ SYSTEMS = {
 def swinging(system: str, **changes: object) -> Cloth:
     """Return a cloth that is bulged and moves, so that every force acts from the start."""
     base = {'sheet.rows': 4, 'sheet.columns': 5, 'solver.precision': 'double'}
-    cloth = Cloth(Scene().with_parameters({**base, **SYSTEMS[system], **changes}))
-    generator = np.random.default_rng(sorted(SYSTEMS).index(system))
+    cloth = Cloth(Scene().with_parameters({**base, **ANALYTIC_CASES[system], **changes}))
+    generator = np.random.default_rng(sorted(ANALYTIC_CASES).index(system))
     start = cloth.positions
     free = ~cloth.scene.pinned()[..., None]
     cloth.positions = start + free * generator.normal(0, 0.02, start.shape)
@@ -51,10 +51,10 @@ def independent(cloth: Cloth) -> np.ndarray:
     return solution.y[:, -1].reshape(shape)[0]
 
 
-@pytest.mark.parametrize('system', SYSTEMS)
+@pytest.mark.parametrize('system', ANALYTIC_CASES)
 def test_an_independent_solution_agrees_to_a_micrometre(system):
     expected = independent(swinging(system))
-    for method, kind in METHODS.items():
+    for method, kind in INTEGRATORS.items():
         substeps = 2000
         coarse, fine = (
             swinging(system, **{'solver.method': method, 'solver.substeps': n})

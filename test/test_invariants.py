@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
 
-every_method = pytest.mark.parametrize('method', METHODS)
+every_method = pytest.mark.parametrize('method', INTEGRATORS)
 
 
 def scene(**changes: object) -> Scene:

@@ -106,8 +106,8 @@ def test_a_cloth_is_refused_before_its_memory_is_taken():
 
 def test_a_node_takes_more_than_a_cloth_and_more_with_springs_shown():
     scene = Scene()
-    shown = scene.with_parameters({'markers.springs': True})
-    assert memory.of_cloth(scene) < memory.of_node(scene) < memory.of_node(shown)
+    format_value = scene.with_parameters({'markers.springs': True})
+    assert memory.of_cloth(scene) < memory.of_node(scene) < memory.of_node(format_value)
 
 
 @pytest.mark.parametrize(

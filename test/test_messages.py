@@ -10,18 +10,18 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.messages import template
-from cloth_ros.messages.markers import _ACTION_MARK, MarkersMessage, _unlikely
+from cloth_ros.messages import cdr
+from cloth_ros.messages.markers import _ACTION_MARK, MarkersMessage, _sentinel
 from cloth_ros.messages.particles import _PLACEHOLDER, ParticlesMessage
-from cloth_ros.model.quantity import one_line
-from cloth_ros.model.springs import ends, families
+from cloth_ros.model.forces.springs import spring_ends, spring_families
+from cloth_ros.scene.parameter import one_line
 
 STAMP = (1_700_000_001, 999_999_999)
 
 # What messages are searched for when they are made.
 MARKS = (
-    np.array([template.STAMP.sec, template.STAMP.nanosec], np.uint32).tobytes(),
-    np.array(_unlikely(0, 18)).tobytes(),
+    np.array([cdr.STAMP.sec, cdr.STAMP.nanosec], np.uint32).tobytes(),
+    np.array(_sentinel(0, 18)).tobytes(),
     _ACTION_MARK,
 )
 
@@ -126,7 +126,7 @@ def test_markers_read_by_rclpy(cloth):
         grid = np.moveaxis(p, -1, 0)
         lengths = [
             np.linalg.norm(a - b, axis=0).ravel()
-            for a, b in (ends(family, grid) for family in families(scene))
+            for a, b in (spring_ends(family, grid) for family in spring_families(scene))
         ]
         found = np.linalg.norm(pairs[:, 0] - pairs[:, 1], axis=1)
         np.testing.assert_allclose(found, np.concatenate(lengths))

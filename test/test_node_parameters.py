@@ -14,23 +14,24 @@ from rcl_interfaces.srv import (
 from ros_messages import FLOATING, diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
-from cloth_ros.model import Scene, memory
-from cloth_ros.model.quantity import PARAMETER_NAMES
-from cloth_ros.node.queues import Queues
+from cloth_ros.model import memory
+from cloth_ros.node.qos import QueueDepths
+from cloth_ros.scene import Scene
+from cloth_ros.scene.parameter import PARAMETERS
 from reliability.live import to_set
 
 
 def test_parameters_are_described(start_cloth, probe):
     start_cloth()
-    names = sorted(PARAMETER_NAMES)
+    names = sorted(PARAMETERS)
     request = DescribeParameters.Request(names=names)
     descriptors = probe.call(DescribeParameters, '/cloth/describe_parameters', request).descriptors
     assert [descriptor.name for descriptor in descriptors] == names
     for descriptor in descriptors:
-        known = PARAMETER_NAMES[descriptor.name]
+        known = PARAMETERS[descriptor.name]
         assert known.text in descriptor.description
         assert known.unit in descriptor.description
-        assert descriptor.read_only == known.fixed
+        assert descriptor.to_grid_copy == known.fixed
         assert descriptor.type != ParameterType.PARAMETER_NOT_SET
     by_name = {descriptor.name: descriptor for descriptor in descriptors}
     assert by_name['springs.shear'].floating_point_range[0].to_value == 1e8
@@ -167,8 +168,8 @@ def test_every_parameter_that_is_not_fixed_changes_while_running(start_cloth, pr
         'markers__rate': 10.0,
         'markers__springs': True,
     }
-    fixed = {name for name, known in PARAMETER_NAMES.items() if known.fixed}
-    assert {name.replace('__', '.') for name in changes} == set(PARAMETER_NAMES) - fixed
+    fixed = {name for name, known in PARAMETERS.items() if known.fixed}
+    assert {name.replace('__', '.') for name in changes} == set(PARAMETERS) - fixed
     for name, content in changes.items():
         (result,) = set_parameters(probe, **{name: content})
         assert result.successful, result.reason
@@ -202,13 +203,13 @@ def test_names_that_no_scene_has_are_pointed_out(start_cloth):
 def test_a_queue_that_memory_has_no_room_for_is_refused(monkeypatch):
     scene = Scene(sheet={'rows': 100, 'columns': 100})  # 0.24 MB, and 1.44 MB of markers
     monkeypatch.setattr(memory, 'available', lambda: 400e6)
-    Queues({}).check(scene)
-    Queues({'particles': ('the depth', 500), 'markers': ('the depth', 30)}).check(scene)
-    deep = Queues({'markers': ('the depth', 150)})
+    QueueDepths({}).check(scene)
+    QueueDepths({'particles': ('the depth', 500), 'markers': ('the depth', 30)}).check(scene)
+    deep = QueueDepths({'markers': ('the depth', 150)})
     with pytest.raises(ValueError, match=r'the depth is 150, but must be .* 1\.44 MB'):
         deep.check(scene)
     deep.check(scene.with_parameters({'markers.rate': 0}))
-    some = Queues({'markers': ('the depth', 60)})
+    some = QueueDepths({'markers': ('the depth', 60)})
     some.check(scene)
     with pytest.raises(ValueError, match='the depth is 60'):
         some.check(scene.with_parameters({'markers.springs': True}))

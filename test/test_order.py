@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.methods import METHODS
+from cloth_ros.model.integrators import INTEGRATORS
 
 # Soft springs of all families, steps far below the stability limit and a short time: the error
 # is then in proportion to a power of the step.
@@ -33,7 +33,7 @@ GUSTS = {
 DASHPOTS = {'springs.damping': 0.02}
 DRAG = {'drag': 2.0}
 
-SYSTEMS = {
+ANALYTIC_CASES = {
     'structural springs': {'springs.shear': 0.0, 'springs.bending': 0.0},
     'all springs': {},
     'dashpots': DASHPOTS,
@@ -53,7 +53,12 @@ def run(system: str, method: str, substeps: int) -> dict[str, np.ndarray]:
     """Simulate a sheet that is bulged and swings from the start."""
     cloth = Cloth(
         Scene().with_parameters(
-            {**BASE, **SYSTEMS[system], 'solver.method': method, 'solver.substeps': substeps}
+            {
+                **BASE,
+                **ANALYTIC_CASES[system],
+                'solver.method': method,
+                'solver.substeps': substeps,
+            }
         )
     )
     start = cloth.positions.copy()
@@ -65,8 +70,8 @@ def run(system: str, method: str, substeps: int) -> dict[str, np.ndarray]:
     return {'positions': cloth.positions, 'velocities': cloth.velocities}
 
 
-@pytest.mark.parametrize('method', METHODS)
-@pytest.mark.parametrize('system', SYSTEMS)
+@pytest.mark.parametrize('method', INTEGRATORS)
+@pytest.mark.parametrize('system', ANALYTIC_CASES)
 def test_a_method_has_the_order_that_it_declares(system, method):
     # One for all: methods must also agree on what they approach.
     exact = run(system, 'position_verlet', REFERENCE)
@@ -74,7 +79,7 @@ def test_a_method_has_the_order_that_it_declares(system, method):
     for kind in ('positions', 'velocities'):
         errors = [np.abs(state[kind] - exact[kind]).max() for state in found]
         slopes = -np.diff(np.log2(errors))
-        np.testing.assert_allclose(slopes, METHODS[method].order, atol=0.1, err_msg=kind)
+        np.testing.assert_allclose(slopes, INTEGRATORS[method].order, atol=0.1, err_msg=kind)
 
 
 def test_no_edge_of_a_gust_is_on_a_boundary_of_substeps():

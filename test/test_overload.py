@@ -5,8 +5,8 @@ import math
 import pytest
 
 from cloth_ros import Scene
-from cloth_ros.model.substeps import substep_length
-from cloth_ros.node.overload import Overload
+from cloth_ros.live.overload import Overload
+from cloth_ros.model.time_step import substep_length
 
 ASKED = Scene().with_parameters(
     {

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rosgraph_msgs.msg import Clock
 
-from cloth_ros.node.pacing import Pacing
-from cloth_ros.node.tick_times import TickTimes
+from cloth_ros.live.pacing import Pacing
+from cloth_ros.node.tick_statistics import TickStatistics
 
 TICK = 1 / 60
 elapsed_times = st.lists(st.floats(-0.5, 0.5), min_size=1, max_size=200)
@@ -122,7 +122,7 @@ def test_a_report_without_a_tick_keeps_the_factor():
 
 
 def test_times_of_ticks_that_no_one_reads_do_not_pile_up():
-    times = TickTimes()
+    times = TickStatistics()
     for _ in range(100_000):
         times.add(1e-3, 1e-4)
     assert len(times) <= 10_000

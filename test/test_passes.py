@@ -16,10 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model import dynamics, team
-from cloth_ros.model.background import Background
-from cloth_ros.model.methods.steps import Block, plan
-from cloth_ros.model.substeps import dissipation_spacing
+from cloth_ros.live.kernel_compiler import Background
+from cloth_ros.model.integrators import kick_drift
+from cloth_ros.model.integrators.integrator import SubstepBatch, plan
+from cloth_ros.model.kernels import thread_pool
+from cloth_ros.model.time_step import dissipation_interval
 
 EVERYTHING = {
     'sheet.rows': 70,
@@ -116,7 +117,7 @@ def test_dissipation_in_one_of_several_substeps_is_of_second_order():
         x, y, z = np.moveaxis(cloth.positions, -1, 0)
         cloth.positions = np.stack([x, y, z + 0.1 * np.cos(2 * x) * np.cos(3 * y)], -1)
         cloth._air[:] = cloth.wind
-        blocks = [Block(9, 0.18 / substeps, spacing)] * (substeps // 9)
+        blocks = [SubstepBatch(9, 0.18 / substeps, spacing)] * (substeps // 9)
         for _ in cloth._method.run(cloth._state, blocks, cloth._moved, cloth._watched):
             pass
         return cloth.positions
@@ -135,7 +136,7 @@ def test_dissipation_is_spaced_by_an_odd_number_and_takes_little_at_once(
     substep, viscous, airspeed
 ):
     scene = Scene()
-    spacing = dissipation_spacing(scene, substep, viscous, airspeed)
+    spacing = dissipation_interval(scene, substep, viscous, airspeed)
     assert spacing % 2 == 1
     assert 1 <= spacing <= 17
     if spacing > 1:
@@ -146,7 +147,7 @@ def test_dissipation_is_spaced_by_an_odd_number_and_takes_little_at_once(
 FORKED = """
 import os
 from cloth_ros import Cloth, Scene
-from cloth_ros.model import team
+from cloth_ros.model.kernels import thread_pool
 scene = Scene(sheet={'rows': 96, 'columns': 96}, solver={'threads': 2})
 cloth = Cloth(scene)
 cloth.advance(0.01)
@@ -174,7 +175,7 @@ def test_a_forked_process_starts_threads_of_its_own():
 def test_threads_keep_nothing_of_a_cloth_that_has_ended():
     cloth = Cloth(Scene(sheet={'rows': 96, 'columns': 96}, solver={'threads': 2}))
     cloth.advance(0.02)
-    positions = weakref.ref(cloth._dynamics._work)
+    positions = weakref.ref(cloth._kick_drift._work)
     del cloth
     end = time.monotonic() + 10.0
     while positions() is not None and time.monotonic() < end:
@@ -188,9 +189,9 @@ def test_where_no_thread_can_be_had_the_others_do_the_work(monkeypatch):
         raise RuntimeError("can't start new thread")
 
     monkeypatch.setattr(threading.Thread, 'start', start)
-    monkeypatch.setattr(team, '_queues', [])
-    alone = team.Team(3)
-    monkeypatch.setattr(dynamics, 'team_of', lambda _: alone)
+    monkeypatch.setattr(thread_pool, '_queues', [])
+    alone = thread_pool.ThreadPool(3)
+    monkeypatch.setattr(kick_drift, 'shared_thread_pool', lambda _: alone)
     scene = Scene(sheet={'rows': 96, 'columns': 96})
     cloth, other = Cloth(scene), Cloth(scene.with_parameters({'solver.threads': 3}))
     for each in (cloth, other):

@@ -156,7 +156,7 @@ def test_what_failed_once_does_not_again(case):
     outcome = Outcome()
     run(case, outcome, patience=60.0)
     assert outcome.trials == 1
-    assert outcome.repeats['held'] == 0
+    assert outcome.rollbacks['held'] == 0
 
 
 def test_random_scenes_keep_every_promise():
@@ -176,7 +176,7 @@ def test_a_trial_that_is_cut_is_checked_where_it_is(monkeypatch):
     class Left(Counted):
         """A cloth that is no good where it is left."""
 
-        def march(self, seconds):
+        def advance_stepwise(self, seconds):
             self._state.velocity[...] = np.nan
             yield
 
@@ -220,7 +220,7 @@ def watched(**more: object) -> tuple[Cloth, Watch]:
 
 def test_a_state_that_is_not_finite_is_noticed():
     cloth, watch = watched()
-    cloth._state.velocity[0, cloth._lattice.begin + 40] = np.nan
+    cloth._state.velocity[0, cloth._grid_layout.begin + 40] = np.nan
     with pytest.raises(BrokenPromiseError, match='not finite'):
         watch.check()
 
@@ -267,7 +267,7 @@ def test_a_pin_that_moves_is_noticed():
 def test_a_triangle_in_the_sphere_is_noticed():
     cloth, watch = watched()
     # Set from outside, it would find the sphere smaller.
-    cloth._lattice.grid(cloth._state.position)[2, 10:20, 10:20] += 0.9
+    cloth._grid_layout.grid(cloth._state.position)[2, 10:20, 10:20] += 0.9
     watch.begin()
     with pytest.raises(BrokenPromiseError, match='deep in the sphere'):
         watch.check()

@@ -44,7 +44,7 @@ cloth = Cloth(Scene().with_parameters({'sheet.rows': 4, 'sheet.columns': 4}))
 cloth.advance(0.1)
 """
 _KERNEL = """
-from cloth_ros.model.compile import exact
+from cloth_ros.model.kernels.jit import exact
 @exact
 def kernel(x):
     return x + {}

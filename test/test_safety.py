@@ -10,7 +10,7 @@ import yaml
 from conftest import ROOT
 
 from cloth_ros import Scene
-from cloth_ros.model import scene_file
+from cloth_ros.scene import parameter_file
 from reliability.fuzz_files import bomb, merge_bomb
 
 SOURCES = sorted((ROOT / 'cloth_ros').rglob('*.py'))
@@ -44,8 +44,8 @@ def test_no_source_executes_or_unpickles_what_it_reads(path):
 
 
 def test_the_loader_is_a_safe_one():
-    assert issubclass(scene_file._Loader, yaml.SafeLoader)
-    assert not [tag for tag in scene_file._Loader.yaml_constructors if 'python' in str(tag)]
+    assert issubclass(parameter_file._Loader, yaml.SafeLoader)
+    assert not [tag for tag in parameter_file._Loader.yaml_constructors if 'python' in str(tag)]
 
 
 @pytest.mark.parametrize(

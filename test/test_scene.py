@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene, Springs
-from cloth_ros.model.quantity import PARAMETER_NAMES
+from cloth_ros.scene.parameter import PARAMETERS
 
 CONFIG = Path(__file__).parent.parent / 'config'
 
@@ -56,7 +56,7 @@ DEFAULTS = {
 
 def test_the_defaults_are_the_contract():
     assert Scene().flat() == DEFAULTS
-    assert set(PARAMETER_NAMES) == set(DEFAULTS)
+    assert set(PARAMETERS) == set(DEFAULTS)
 
 
 @pytest.mark.parametrize(

@@ -44,18 +44,18 @@ def test_the_node_has_the_room(reach, start):
 def test_what_the_user_has_set_is_kept(name, value, monkeypatch):
     monkeypatch.setenv(name, value)
     before = dict(os.environ)
-    shared_memory.enlarge()
+    shared_memory.enlarge_shared_memory()
     assert dict(os.environ) == before
 
 
 def test_profiles_in_the_folder_are_kept(tmp_path):
     (tmp_path / 'DEFAULT_FASTRTPS_PROFILES.xml').touch()
-    shared_memory.enlarge()
+    shared_memory.enlarge_shared_memory()
     assert not os.environ[PROFILES]
 
 
 @pytest.mark.parametrize('folder', ['/no/such/folder', '/sys'])
 def test_little_or_no_shared_memory_is_left_to_others(folder, monkeypatch):
     monkeypatch.setattr(shared_memory, '_FOLDER', folder)
-    shared_memory.enlarge()
+    shared_memory.enlarge_shared_memory()
     assert not os.environ[PROFILES]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.error_monitor import ErrorMonitor
+from cloth_ros.live.error_estimate import ErrorEstimator
 
 
 def sheet_and_sphere(**changes) -> Cloth:
@@ -15,7 +15,7 @@ def sheet_and_sphere(**changes) -> Cloth:
 
 def test_a_command_to_a_sphere_that_is_then_taken_away_is_forgotten():
     cloth = Cloth(Scene().with_parameters({'sphere.radius': 0.1, 'sphere.position': [0, -1, 1.0]}))
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     cloth.move_sphere((0.0, -0.5, 1.0))
     cloth.configure(cloth.scene.with_parameters({'sphere.radius': 0.0}))
     assert cloth.sphere_waypoints == []
@@ -41,7 +41,7 @@ def test_a_sphere_too_fast_to_be_swept_appears_where_it_is_told_to(seconds):
 
 def test_a_sphere_may_be_set_farther_away_than_it_can_be_commanded():
     cloth = sheet_and_sphere()
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     far = [5000.0, 0.0, 0.0]
     cloth.configure(cloth.scene.with_parameters({'sphere.position': far}))
     for _ in range(4):
@@ -76,10 +76,10 @@ def test_an_advance_that_is_given_up_ends_with_a_whole_stretch(seconds):
     """Ctrl-C in a notebook, for one: the sphere was put back to where it had set out."""
     cloth = sheet_and_sphere()
     cloth.move_sphere((0.0, 0.0, -1.0))
-    march = cloth.march(1.0)
+    advance_stepwise = cloth.advance_stepwise(1.0)
     while cloth.time < seconds:
-        next(march)
-    march.close()
+        next(advance_stepwise)
+    advance_stepwise.close()
     assert seconds - 0.05 < cloth.time <= seconds + 1e-3
     assert cloth.sphere_position[2] == pytest.approx(2.0 - 3.0 * cloth.time, abs=1e-6)
     points = cloth.positions - np.array(cloth.sphere_position)
@@ -91,11 +91,11 @@ def test_an_advance_that_is_given_up_ends_with_a_whole_stretch(seconds):
 
 def test_a_given_up_advance_leaves_positions_and_velocities_of_one_time():
     cloth, other = sheet_and_sphere(), sheet_and_sphere()
-    march = cloth.march(1.0)
+    advance_stepwise = cloth.advance_stepwise(1.0)
     for _ in range(100):
-        next(march)
+        next(advance_stepwise)
     with pytest.raises(KeyboardInterrupt):
-        march.throw(KeyboardInterrupt)
+        advance_stepwise.throw(KeyboardInterrupt)
     other.advance(cloth.time)
     assert np.abs(cloth.positions - other.positions).max() < 1e-5
     assert np.abs(cloth.velocities - other.velocities).max() < 1e-3
@@ -140,7 +140,7 @@ def test_a_sphere_that_has_no_room_at_all_says_how_deep_it_is():
     assert cloth.sphere_radius == pytest.approx(1e-4)
     assert cloth.sphere_depth == pytest.approx(1e-4, rel=0.01)
     cloth.configure(cloth.scene.with_parameters({'springs.shear': 3.0}))
-    march = cloth.march(0.1)
-    next(march)
-    march.close()
+    advance_stepwise = cloth.advance_stepwise(0.1)
+    next(advance_stepwise)
+    advance_stepwise.close()
     assert cloth.sphere_depth == pytest.approx(1e-4, rel=0.01)

@@ -6,8 +6,8 @@ from hypothesis.extra.numpy import arrays
 from reference import Equations
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.dynamics import Dynamics
-from cloth_ros.model.springs import families
+from cloth_ros.model.forces.springs import spring_families
+from cloth_ros.model.integrators.kick_drift import KickDrift
 
 NOTHING_ELSE = {'drag': 0.0, 'gravity': [0, 0, 0], 'wind.air_density': 0.0, 'pins': ['']}
 
@@ -15,9 +15,9 @@ NOTHING_ELSE = {'drag': 0.0, 'gravity': [0, 0, 0], 'wind.air_density': 0.0, 'pin
 def acceleration(cloth: Cloth) -> np.ndarray:
     """Of every particle, m/s², as the springs give it; shape (rows, columns, 3)."""
     state = cloth._state
-    dynamics = Dynamics(cloth.scene, cloth._lattice, np.zeros(3), state.dtype, apart=True)
-    dynamics.accelerate(state)
-    return np.moveaxis(cloth._lattice.grid(state.acceleration), 0, -1).astype(float)
+    kick_drift = KickDrift(cloth.scene, cloth._grid_layout, np.zeros(3), state.dtype, apart=True)
+    kick_drift.accelerate(state)
+    return np.moveaxis(cloth._grid_layout.grid(state.acceleration), 0, -1).astype(float)
 
 
 def crumpled(seed: int, rows: int, columns: int, **changes: object) -> Cloth:
@@ -95,5 +95,5 @@ def test_coincident_particles_do_not_push():
 @pytest.mark.parametrize('absent', ['structural', 'shear', 'bending'])
 def test_a_family_without_stiffness_is_not_modelled(absent):
     scene = Scene().with_parameters({f'springs.{absent}': 0.0})
-    assert absent not in {family.name for family in families(scene)}
-    assert len(list(families(scene))) == 4
+    assert absent not in {family.name for family in spring_families(scene)}
+    assert len(list(spring_families(scene))) == 4

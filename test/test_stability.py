@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene, Springs
 from cloth_ros.model import stability
-from cloth_ros.model.methods import METHODS
-from cloth_ros.model.methods.steps import Block
-from cloth_ros.model.springs import ends, families
+from cloth_ros.model.forces.springs import spring_ends, spring_families
+from cloth_ros.model.integrators import INTEGRATORS
+from cloth_ros.model.integrators.integrator import SubstepBatch
 
-every_method = pytest.mark.parametrize('method', METHODS)
+every_method = pytest.mark.parametrize('method', INTEGRATORS)
 
 
 def laplacian(scene: Scene) -> np.ndarray:
@@ -19,8 +19,8 @@ def laplacian(scene: Scene) -> np.ndarray:
     rows, columns = scene.sheet.rows, scene.sheet.columns
     index = np.arange(rows * columns).reshape(rows, columns)
     matrix = np.zeros((index.size, index.size))
-    for family in families(scene):
-        for i, j in zip(*(end.ravel() for end in ends(family, index)), strict=True):
+    for family in spring_families(scene):
+        for i, j in zip(*(end.ravel() for end in spring_ends(family, index)), strict=True):
             matrix[i, i] += family.stiffness
             matrix[j, j] += family.stiffness
             matrix[i, j] -= family.stiffness
@@ -71,7 +71,7 @@ def growth(scene: Scene, stretch: float, factor: float, noise: float = 1e-9) -> 
     equilibrium = cloth.positions * (stretch, stretch, 1)
     shifts = np.random.default_rng(2).normal(0, noise, equilibrium.shape)
     cloth.positions = equilibrium + shifts * ~cloth.scene.pinned()[..., None]
-    blocks = [Block(10, factor * cloth.stability_limit)] * 100
+    blocks = [SubstepBatch(10, factor * cloth.stability_limit)] * 100
     for _ in cloth._method.run(cloth._state, blocks, cloth._moved, cloth._watched):
         pass
     return float(np.abs(cloth.positions - equilibrium).max() / np.abs(shifts).max())
@@ -113,7 +113,7 @@ def test_violent_motion_does_not_gain_energy(stretch, crumple, method):
 @given(elastic=st.floats(1e-6, 1e12), viscous=st.one_of(st.just(0.0), st.floats(1e-6, 1e6)))
 def test_the_limit_of_a_method_is_that_of_its_amplification(elastic, viscous, method):
     """No oscillator up to these grows in a step just below it, and one does just above."""
-    kind = METHODS[method]
+    kind = INTEGRATORS[method]
     limit = kind.stable_step(elastic, viscous)
 
     def greatest(factor: float) -> float:

@@ -7,8 +7,12 @@ from hypothesis import strategies as st
 from reference import Equations
 
 from cloth_ros import Scene
-from cloth_ros.model.lattice import flat_sheet
-from cloth_ros.model.tangent import Tangent, rightmost, stability_limit
+from cloth_ros.model.grid import flat_sheet
+from cloth_ros.tradeoff.tangent_stiffness import (
+    TangentStiffness,
+    eigenvalue_with_largest_real_part,
+    stability_limit,
+)
 
 
 def crumpled(seed: int, **changes: object) -> tuple[Scene, np.ndarray]:
@@ -30,7 +34,7 @@ def crumpled(seed: int, **changes: object) -> tuple[Scene, np.ndarray]:
 def test_the_tangent_is_the_derivative_of_the_forces(seed, damping, pins):
     scene, positions = crumpled(seed, **{'springs.damping': damping, 'pins': pins})
     equations, still = Equations(scene), np.zeros(3)
-    tangent = Tangent(scene, np.moveaxis(positions, -1, 0))
+    tangent = TangentStiffness(scene, np.moveaxis(positions, -1, 0))
     small = 1e-6
     field = np.random.default_rng(seed + 1).standard_normal((3, 4, 5))
     field *= ~scene.pinned()
@@ -58,7 +62,9 @@ def test_the_rightmost_eigenvalue_is_that_of_the_matrix(seed, symmetric, size):
     if symmetric:
         matrix = matrix + matrix.T
     expected = np.linalg.eigvals(matrix).real.max()
-    value, mode, left = rightmost(lambda x: matrix @ x, generator.standard_normal(size), 1e-9)
+    value, mode, left = eigenvalue_with_largest_real_part(
+        lambda x: matrix @ x, generator.standard_normal(size), 1e-9
+    )
     assert value.real == pytest.approx(expected, rel=1e-4, abs=1e-4)
     assert left < 1e-6
     if symmetric:
@@ -67,7 +73,7 @@ def test_the_rightmost_eigenvalue_is_that_of_the_matrix(seed, symmetric, size):
 
 def test_without_damping_the_limit_is_two_over_the_highest_frequency():
     scene, positions = crumpled(3)
-    tangent = Tangent(scene, np.moveaxis(positions, -1, 0))
+    tangent = TangentStiffness(scene, np.moveaxis(positions, -1, 0))
     matrix = np.array([tangent.stiffness(unit.reshape(3, 4, 5)).ravel() for unit in np.eye(60)])
     omega = math.sqrt(np.linalg.eigvals(matrix).real.max())
     assert stability_limit(scene, positions) == pytest.approx(2 / omega, rel=2e-3)

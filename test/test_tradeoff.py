@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 from cloth_ros import Scene
-from cloth_ros.model.methods import METHODS
-from cloth_ros.tradeoff import plot, report, store, verdict
+from cloth_ros.model.integrators import INTEGRATORS
+from cloth_ros.tradeoff import cache, plot, recommendation, report
+from cloth_ros.tradeoff.cache import Cache
 from cloth_ros.tradeoff.main import main
 from cloth_ros.tradeoff.reference import horizon, reference_setting, time_together
+from cloth_ros.tradeoff.run import Scenario, simulate
 from cloth_ros.tradeoff.schedule import Options, Schedule
 from cloth_ros.tradeoff.settings import FixedStepCloth, least_substeps, make_cloth, plan
-from cloth_ros.tradeoff.store import Store
 from cloth_ros.tradeoff.study import Study
-from cloth_ros.tradeoff.trial import Course, simulate
 
 SCENE = """
 /**:
@@ -83,7 +83,7 @@ def test_errors_fall_with_the_order_of_the_method(study):
         and entry['setting']['substeps']
     }
     scene = Scene(**{'sheet': {'rows': 12, 'columns': 12}})
-    for name, method in METHODS.items():
+    for name, method in INTEGRATORS.items():
         least = least_substeps(scene, name)
         found = errors[name, least] / errors[name, 2 * least]
         assert found == pytest.approx(2**method.order, rel=0.25)
@@ -95,13 +95,13 @@ def test_settings_that_blow_up_are_shown_and_not_recommended(study, tmp_path):
     assert unstable
     assert all(entry['refused'] for entry in unstable)
     assert (folder / 'report.md').read_text().count('**blew up**') == len(unstable)
-    chosen = [verdict.for_real_time(result), verdict.for_accuracy(result)]
+    chosen = [recommendation.for_real_time(result), recommendation.for_accuracy(result)]
     assert None not in chosen
     for entry in [*chosen, {**chosen[0], 'setting': {**chosen[0]['setting'], 'tolerance': 1e-5}}]:
         assert not entry['refused']
         # What is recommended can be used as it is written, and heeds fast motion.
         scene = tmp_path / 'scene.yaml'
-        scene.write_text(f'/**:\n  ros__parameters:\n    {verdict.parameters(entry)}\n')
+        scene.write_text(f'/**:\n  ros__parameters:\n    {recommendation.parameters(entry)}\n')
         solver = Scene.from_yaml(scene).solver
         assert solver.substeps == 0
         assert solver.tolerance == entry['setting']['tolerance']
@@ -109,9 +109,9 @@ def test_settings_that_blow_up_are_shown_and_not_recommended(study, tmp_path):
 
 def test_of_tolerances_with_the_same_substeps_the_least_is_recommended(study):
     _, result = study
-    chosen = verdict.usable(result)
+    chosen = recommendation.usable(result)
     assert chosen
-    for entry in verdict.candidates(result):
+    for entry in recommendation.candidates(result):
         if entry['setting']['substeps'] == 0:
             alike = [
                 each
@@ -140,7 +140,7 @@ def test_where_no_error_is_known_that_is_said_and_shown(study, tmp_path):
 def test_the_time_left_is_that_of_all_parts(study, scene_path):
     """A finished study is run through again, which takes no time and reports all of it."""
     folder, result = study
-    scene, kept = Scene.from_yaml(scene_path), Store(folder / 'parts')
+    scene, kept = Scene.from_yaml(scene_path), Cache(folder / 'parts')
     told: list[float] = []
     study_again = Study(
         'small',
@@ -163,8 +163,8 @@ def test_the_study_begins_just_before_the_first_gust_if_that_comes_soon(tmp_path
         scene = Scene(
             sheet={'rows': 4, 'columns': 4}, wind={'gust': {'period': period, 'duration': 0.01}}
         )
-        schedule = Schedule(scene, Options(quick=True, seconds=0.1), Store(tmp_path))
-        return schedule.begins, schedule.still, schedule.course.start is not None
+        schedule = Schedule(scene, Options(quick=True, seconds=0.1), Cache(tmp_path))
+        return schedule.begins, schedule.still, schedule.scenario.start is not None
 
     assert begins(2.0) == (pytest.approx(1.9), False, True)
     assert begins(0.05) == (0.0, False, False)
@@ -172,7 +172,7 @@ def test_the_study_begins_just_before_the_first_gust_if_that_comes_soon(tmp_path
 
 
 def test_parts_that_are_broken_or_of_other_code_are_measured_again(tmp_path, monkeypatch):
-    kept = Store(tmp_path)
+    kept = Cache(tmp_path)
     key = {'part': 'x'}
     kept.save(key, {'a': 1}, np.arange(3.0))
     result, array = kept.load(key)
@@ -187,18 +187,18 @@ def test_parts_that_are_broken_or_of_other_code_are_measured_again(tmp_path, mon
     record.write_bytes(whole[0])
     data.write_bytes(whole[1])
     assert kept.load(key) is not None
-    monkeypatch.setattr(store, '_fingerprint', lambda: 'of other code')
+    monkeypatch.setattr(cache, '_fingerprint', lambda: 'of other code')
     assert kept.load(key) is None
 
 
 def test_the_frontier_is_what_nothing_beats(study):
     _, result = study
-    entries = verdict.candidates(result)
-    best = verdict.frontier(entries)
+    entries = recommendation.candidates(result)
+    best = recommendation.frontier(entries)
     for entry in entries:
         beaten = any(
-            verdict.cost(other) <= verdict.cost(entry)
-            and verdict.error(other) <= verdict.error(entry)
+            recommendation.cost(other) <= recommendation.cost(entry)
+            and recommendation.error(other) <= recommendation.error(entry)
             for other in entries
             if other is not entry
         )
@@ -330,11 +330,11 @@ def test_every_setting_begins_alike_and_the_sphere_goes_where_it_is_sent():
     )
     start = make_cloth(scene, reference_setting(scene, 1))
     start.advance(0.1)
-    course = Course(0.2, 1 / 30, start, goal=(0.1, 0.0, 1.2), arrival=0.1)
+    scenario = Scenario(0.2, 1 / 30, start, goal=(0.1, 0.0, 1.2), arrival=0.1)
     for setting in plan(scene, quick=True)[1::4]:
         cloth = make_cloth(scene, setting)
-        next(course.ticks(cloth))
+        next(scenario.ticks(cloth))
         np.testing.assert_allclose(cloth.positions, start.positions, atol=1e-6)
         assert cloth.time == start.time
-        simulate(cloth, course)
+        simulate(cloth, scenario)
         np.testing.assert_allclose(cloth.sphere_position, (0.1, 0.0, 1.2), atol=1e-12)

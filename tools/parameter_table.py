@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from cloth_ros import Scene
-from cloth_ros.model.quantity import PARAMETER_NAMES
+from cloth_ros.scene.parameter import PARAMETERS
 
 
 def _yaml(value: Any) -> str:
@@ -25,7 +25,7 @@ def parameter_table() -> str:
     """Return the table in Markdown: name, default, unit, range, meaning."""
     lines = ['| parameter | default | unit | range | |', '| --- | --- | --- | --- | --- |']
     for name, value in Scene().flat().items():
-        known = PARAMETER_NAMES[name]
+        known = PARAMETERS[name]
         allowed = known.range_text.removesuffix(known.unit).rstrip()
         if known.choices:
             allowed = ', '.join(f'`{choice}`' for choice in known.choices)

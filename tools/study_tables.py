@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from cloth_ros.model.methods import METHODS
-from cloth_ros.tradeoff import verdict
-from cloth_ros.tradeoff.ladder import SYSTEMS
+from cloth_ros.model.integrators import INTEGRATORS
+from cloth_ros.tradeoff import recommendation
+from cloth_ros.tradeoff.analytic_cases import ANALYTIC_CASES
 from cloth_ros.tradeoff.machine import describe
 from cloth_ros.tradeoff.published import FIGURES
 from cloth_ros.tradeoff.report import length, percent, table
@@ -28,8 +28,8 @@ def results() -> dict[str, dict[str, Any]]:
 def _choice(entry: dict[str, Any] | None) -> tuple[str, str, str]:
     if entry is None:
         return ('none', '', '')
-    share = percent(verdict.cost(entry))
-    return (f'`{verdict.parameters(entry)}`', length(verdict.error(entry)), share)
+    share = percent(recommendation.cost(entry))
+    return (f'`{recommendation.parameters(entry)}`', length(recommendation.error(entry)), share)
 
 
 def summary(studies: dict[str, dict[str, Any]]) -> str:
@@ -45,15 +45,15 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
             (
                 f'[{name}]({STUDIES / name}/report.md), {sheet["sheet.rows"]} × '
                 f'{sheet["sheet.columns"]}, {reference["horizon"]:.2g} s',
-                *_choice(verdict.for_real_time(result)),
-                *_choice(verdict.for_accuracy(result)),
+                *_choice(recommendation.for_real_time(result)),
+                *_choice(recommendation.for_accuracy(result)),
                 percent(result['budget']['closure']),
                 f'{worst:.1f}',
             )
         )
     head = (
         'scene, grid, time that errors are for',
-        f'most accurate within {verdict.SHARE:g} of real time',
+        f'most accurate within {recommendation.SHARE:g} of real time',
         'error',
         'share',
         'cheapest within 0.1 mm',
@@ -76,12 +76,12 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
 def validation() -> str:
     """Return the page of the systems with known answers and of published figures."""
     rows = []
-    for system in SYSTEMS:
-        found = [system.measure(method) for method in METHODS]
+    for system in ANALYTIC_CASES:
+        found = [system.measure(method) for method in INTEGRATORS]
         exact = found[0].exact
         answer = f'{exact:.6g} {system.unit}' if isinstance(exact, float) else system.unit
         rows.append((system.name, system.text, answer, *(f'{each.error:.1e}' for each in found)))
-    head = ('system', 'what is known', 'answer', *METHODS)
+    head = ('system', 'what is known', 'answer', *INTEGRATORS)
     machine = ', '.join(f'{name} {value}' for name, value in describe().items())
     return f"""# Systems with known answers
 
@@ -118,7 +118,7 @@ def _published() -> str:
     rows = [
         (
             figure.name,
-            figure.quantity,
+            figure.parameter,
             ', '.join(f'{value:.4g}' for value in figure.values),
             ', '.join(f'{value:.4g}' for value in figure.run()),
         )

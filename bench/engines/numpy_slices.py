@@ -28,10 +28,10 @@ class _Springs:
     """All springs of one offset: views of both of their ends, and room for temporaries."""
 
     def __init__(self, family: Any, mass: float, position: Any, force: Any) -> None:
-        from cloth_ros.model.springs import ends
+        from cloth_ros.model.forces.springs import spring_ends
 
-        self._near, self._far = ends(family, position)
-        self._force_near, self._force_far = ends(family, force)
+        self._near, self._far = spring_ends(family, position)
+        self._force_near, self._force_far = spring_ends(family, force)
         self._stiffness = np.float32(family.stiffness / mass)
         self._tension = np.float32(family.stiffness / mass * family.rest_length)
         self._along = np.empty(self._near.shape, np.float32)
@@ -57,8 +57,8 @@ class Sheet:
     """The benchmark's sheet of `size` × `size` particles."""
 
     def __init__(self, size: int) -> None:
-        from cloth_ros.model.springs import families
-        from cloth_ros.model.substeps import substep_length
+        from cloth_ros.model.forces.springs import spring_families
+        from cloth_ros.model.time_step import substep_length
 
         scene = sheets.scene(size)
         self.substeps = round(_TICK / substep_length(scene))
@@ -76,7 +76,7 @@ class Sheet:
         self._moved = np.empty_like(self._position)
         self._springs = [
             _Springs(family, scene.sheet.particle_mass, self._position, self._acceleration)
-            for family in families(scene)
+            for family in spring_families(scene)
         ]
 
     def _drift(self, h: np.float32) -> None:

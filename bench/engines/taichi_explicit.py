@@ -66,8 +66,8 @@ class Sheet:
     def __init__(self, size: int) -> None:
         import taichi as ti
 
-        from cloth_ros.model.springs import families
-        from cloth_ros.model.substeps import substep_length
+        from cloth_ros.model.forces.springs import spring_families
+        from cloth_ros.model.time_step import substep_length
 
         scene = sheets.scene(size)
         self.substeps = round(_TICK / substep_length(scene))
@@ -90,7 +90,7 @@ class Sheet:
                 f.stiffness / mass,
                 f.stiffness / mass * f.rest_length,
             )
-            for f in families(scene)
+            for f in spring_families(scene)
             for sign in (1, -1)
         ]
         self._position = ti.Vector.field(3, ti.f32, (size, size))

@@ -11,10 +11,10 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from ..model import Cloth
-from ..model.compile import exact
-from ..model.lattice import Array
-from ..model.springs import ends, families
-from .template import STAMP, Template
+from ..model.forces.springs import spring_ends, spring_families
+from ..model.grid import Array
+from ..model.kernels.jit import exact
+from .cdr import STAMP, SerializedMessage
 
 _SHEET_COLOUR = ColorRGBA(r=0.80, g=0.22, b=0.20, a=1.0)
 _PIN_COLOUR = ColorRGBA(r=0.95, g=0.75, b=0.15, a=1.0)
@@ -26,7 +26,7 @@ _SPRING_COLOUR = ColorRGBA(r=0.15, g=0.15, b=0.18, a=1.0)
 _ARROW_SECONDS = 0.1
 
 
-def _unlikely(number: int, count: int) -> list[float]:
+def _sentinel(number: int, count: int) -> list[float]:
     """
     Return numbers that stand nowhere else in the message, different for each `number`.
 
@@ -82,8 +82,8 @@ class MarkersMessage:
         self._positions = np.empty((rows, columns, 3))
         sheet = rows > 1 and columns > 1
         lines = scene.markers.springs or not sheet
-        self._families = list(families(scene)) if lines else []
-        springs = [ends(family, self._grid)[0][0].size for family in self._families]
+        self._families = list(spring_families(scene)) if lines else []
+        springs = [spring_ends(family, self._grid)[0][0].size for family in self._families]
         pins = int(self._pinned.sum())
 
         lists = []  # marker, points in its placeholder, repetitions
@@ -103,18 +103,18 @@ class MarkersMessage:
             lists.append((marker, 2, 1))
         markers = []
         for number, (marker, length, _) in enumerate(lists):
-            marker.points = _points(_unlikely(number, 3 * length))
+            marker.points = _points(_sentinel(number, 3 * length))
             markers.append(marker)
         if scene.sphere.radius > 0:
             marker = self._marker('sphere', Marker.SPHERE, _SPHERE_COLOUR, 2 * scene.sphere.radius)
-            centre = _unlikely(len(lists), 3)
+            centre = _sentinel(len(lists), 3)
             marker.pose.position = _points(centre)[0]
             markers.append(marker)
 
-        self._template = Template(MarkerArray(markers=markers))
+        self._template = SerializedMessage(MarkerArray(markers=markers))
         places: dict[str, tuple[int, tuple[int, ...]]] = {}
         for number, (marker, length, count) in enumerate(lists):
-            mark = np.array(_unlikely(number, 3 * length)).tobytes()
+            mark = np.array(_sentinel(number, 3 * length)).tobytes()
             places[marker.ns] = self._template.stretch(mark, length, count), (count, length, 3)
         if scene.sphere.radius > 0:
             # Its position, and behind that its orientation and scale.
@@ -172,7 +172,7 @@ class MarkersMessage:
     def _write_springs(self, view: Array) -> None:
         start = 0
         for family in self._families:
-            first, second = ends(family, self._grid)
+            first, second = spring_ends(family, self._grid)
             stop = start + first[0].size
             for k, end in enumerate((first, second)):
                 view[start:stop, k] = np.moveaxis(end, 0, -1).reshape(-1, 3)

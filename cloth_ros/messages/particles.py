@@ -7,7 +7,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from ..model import Cloth
-from .template import STAMP, Template
+from .cdr import STAMP, SerializedMessage
 
 FIELDS = ('x', 'y', 'z', 'vx', 'vy', 'vz')
 _POINT_STEP = 4 * len(FIELDS)
@@ -33,7 +33,7 @@ class ParticlesMessage:
             is_dense=True,
         )
         message.data.frombytes(_PLACEHOLDER)
-        self._template = Template(message)
+        self._template = SerializedMessage(message)
         place = self._template.stretch(_PLACEHOLDER, _POINT_STEP, rows * columns)
         self._template.freeze()
         self._points = self._template.view(place, np.float32, (rows, columns, len(FIELDS)))

@@ -1,22 +1,6 @@
-"""
-A mass-spring cloth that knows no ROS.
-
-`Scene` says what to simulate, `Cloth` simulates it.
-"""
+"""Mass-spring model of a cloth: forces, contact, time integration.  Imports nothing of ROS."""
 
 from .cloth import Cloth
 from .energy import Energy
-from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
 
-__all__ = [
-    'Cloth',
-    'Energy',
-    'Gust',
-    'Markers',
-    'Scene',
-    'Sheet',
-    'Solver',
-    'Sphere',
-    'Springs',
-    'Wind',
-]
+__all__ = ['Cloth', 'Energy']

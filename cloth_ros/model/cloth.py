@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..scene import Scene
+from ..scene.parameter import PARAMETERS, checked_vector, invalid_value_error
 from . import memory
+from .contact.kinematic_path import CommandedMotion
 from .energy import Energy, energy, largest_strain
-from .lattice import Array, flat_sheet, read_only
-from .quantity import PARAMETER_NAMES, checked_vector, refuse
-from .scene import Scene
+from .grid import Array, flat_sheet, to_grid_copy
 from .simulation import Simulation, require_scene
-from .sphere_path import SphereMotion
 
 
 class Cloth(Simulation):
@@ -42,16 +42,18 @@ class Cloth(Simulation):
             Its sheet has another number of particles.
 
         """
-        size = (other._lattice.rows, other._lattice.columns)
-        if size != (own := (self._lattice.rows, self._lattice.columns)):
-            raise refuse('the sheet of the other cloth', size, f'of {own} particles', 'adopt such')
+        size = (other._grid_layout.rows, other._grid_layout.columns)
+        if size != (own := (self._grid_layout.rows, self._grid_layout.columns)):
+            raise invalid_value_error(
+                'the sheet of the other cloth', size, f'of {own} particles', 'adopt such'
+            )
         self._state.copy_from(other._state)
         self._state.velocity *= self._state.free
         self._time = other._time
-        self._wind, self._sphere = other._wind, SphereMotion(other.sphere_position)
+        self._wind, self._sphere = other._wind, CommandedMotion(other.sphere_position)
         self._forget()
         if other._contact is None:
-            self._appear()
+            self._respawn()
         elif self._contact is not None:
             self._contact.go_on_from(other._contact)
 
@@ -68,25 +70,27 @@ class Cloth(Simulation):
         require_scene(scene)
         memory.check(scene, memory.of_cloth(scene))
         before, after = self._scene.flat(), scene.flat()
-        for name, known in PARAMETER_NAMES.items():
+        for name, known in PARAMETERS.items():
             if known.fixed and before[name] != after[name]:
-                raise refuse(name, after[name], f'{before[name]!r} as before', 'make a new Cloth')
+                raise invalid_value_error(
+                    name, after[name], f'{before[name]!r} as before', 'make a new Cloth'
+                )
         if scene.wind.velocity != self._scene.wind.velocity:
             self._wind = np.array(scene.wind.velocity)
         if scene.sphere.position != self._scene.sphere.position:
             if self._contact is None or scene.sphere.radius == 0:
-                self._sphere = SphereMotion(scene.sphere.position)
+                self._sphere = CommandedMotion(scene.sphere.position)
             else:
                 self._sphere.waypoints = [np.array(scene.sphere.position)]
         self._build(scene)
         if self._contact is not None:
-            self._contact.find_room(self._state)
+            self._contact.shrink_to_fit(self._state)
 
     def reset(self) -> None:
         """Go back to the initial state: sheet, wind, sphere and time."""
         sheet = self._scene.sheet
         self._state.origin = np.array(sheet.position)
-        self._lattice.grid(self._state.position)[...] = flat_sheet(
+        self._grid_layout.grid(self._state.position)[...] = flat_sheet(
             sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
         )
         self._state.velocity[...] = 0
@@ -94,41 +98,41 @@ class Cloth(Simulation):
         self._time = self._done = 0.0
         self._substeps = 0
         self._wind = np.array(self._scene.wind.velocity)
-        self._sphere = SphereMotion(self._scene.sphere.position)
+        self._sphere = CommandedMotion(self._scene.sphere.position)
         self._forget()
-        self._appear()
+        self._respawn()
 
     @property
     def positions(self) -> Array:
         """Positions, m, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return read_only(self._state.world)
+        return to_grid_copy(self._state.world)
 
     @positions.setter
     def positions(self, value: Array) -> None:
-        self._state.world = self._lattice.checked('positions', value)
+        self._state.world = self._grid_layout.checked('positions', value)
         self._forget()
-        self._appear()
+        self._respawn()
 
     @property
     def velocities(self) -> Array:
         """Velocities, m/s, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return read_only(self._state.speeds)
+        return to_grid_copy(self._state.speeds)
 
     @velocities.setter
     def velocities(self, value: Array) -> None:
-        grid = self._lattice.grid
-        grid(self._state.velocity)[...] = self._lattice.checked('velocities', value)
+        grid = self._grid_layout.grid
+        grid(self._state.velocity)[...] = self._grid_layout.checked('velocities', value)
         self._state.velocity *= self._state.free
         self._forget()
 
     def write_particles(self, out: Array) -> None:
         """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
         out[..., :3] = np.moveaxis(self._state.world, 0, -1)
-        out[..., 3:] = np.moveaxis(self._lattice.grid(self._state.velocity), 0, -1)
+        out[..., 3:] = np.moveaxis(self._grid_layout.grid(self._state.velocity), 0, -1)
 
     def write_positions(self, out: Array) -> None:
         """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
-        out[...] = np.moveaxis(self._lattice.grid(self._state.position), 0, -1)
+        out[...] = np.moveaxis(self._grid_layout.grid(self._state.position), 0, -1)
         out += self._state.origin
 
     @property
@@ -171,7 +175,7 @@ class Cloth(Simulation):
 
         """
         if self._contact is None:
-            raise refuse(
+            raise invalid_value_error(
                 'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
             )
         self._sphere.command(position, self._scene.sphere.radius, self._state.origin)
@@ -190,7 +194,7 @@ class Cloth(Simulation):
     @property
     def sphere_depth(self) -> float:
         """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
-        return 0.0 if self._contact is None else self._contact.deepest
+        return 0.0 if self._contact is None else self._contact.max_penetration
 
     def energy(self) -> float:
         """Return kinetic, elastic and gravitational energy together, J."""

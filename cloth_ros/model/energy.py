@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compile import Kernel, inlined, kernel
-from .lattice import GHOST_DISTANCE_SQUARED, Array
-from .scene import Scene
-from .springs import ends, families
+from ..scene import Scene
+from .forces.springs import spring_ends, spring_families
+from .grid import GHOST_DISTANCE_SQUARED, Array
+from .kernels.jit import Kernel, inlined, kernel
 from .state import State
 
 
@@ -35,8 +35,8 @@ class Energy(NamedTuple):
 def _lengths(grid: Array, scene: Scene) -> list[tuple[float, float, Array]]:
     """Return stiffness, rest length and present lengths of every family of springs."""
     result = []
-    for family in families(scene):
-        first, second = ends(family, grid)
+    for family in spring_families(scene):
+        first, second = spring_ends(family, grid)
         lengths = np.sqrt(np.sum((first - second) ** 2, axis=0))
         result.append((family.stiffness, family.rest_length, lengths))
     return result
@@ -142,7 +142,7 @@ class EnergyMeter:
 
     def __init__(self, scene: Scene, dtype: type) -> None:
         springs, sheet = scene.springs, scene.sheet
-        present = {family.name for family in families(scene)}
+        present = {family.name for family in spring_families(scene)}
         dx, dy = sheet.spacing
         self._mass, self._gravity = sheet.particle_mass, np.array(scene.gravity)
         self._particles = sheet.rows * sheet.columns

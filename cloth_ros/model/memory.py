@@ -13,11 +13,11 @@ import os
 import resource
 from pathlib import Path, PurePosixPath
 
-from .lattice import Lattice
-from .quantity import refuse
-from .scene import Scene
-from .springs import families
-from .substeps import precision_for
+from ..scene import Scene
+from ..scene.parameter import invalid_value_error
+from .forces.springs import spring_families
+from .grid import Grid
+from .time_step import precision_for
 
 # Share of the memory that one scene may take.
 _SHARE = 0.5
@@ -42,7 +42,7 @@ def _kept(scene: Scene, precision: str) -> int:
 
 def of_cloth(scene: Scene) -> int:
     """Return the bytes that a `Cloth` of the scene takes at most."""
-    size = Lattice(scene.sheet.rows, scene.sheet.columns).size
+    size = Grid(scene.sheet.rows, scene.sheet.columns).size
     return size * (_kept(scene, precision_for(scene)) + _WORKING)
 
 
@@ -54,14 +54,14 @@ def of_message(scene: Scene, topic: str) -> int:
         triangles = min(sheet.rows, sheet.columns) > 1
         per_particle = _TRIANGLES * triangles
         if scene.markers.springs or not triangles:
-            per_particle += _SPRING * len(list(families(scene)))
+            per_particle += _SPRING * len(list(spring_families(scene)))
         per_particle *= scene.markers.rate > 0
     return per_particle * sheet.rows * sheet.columns
 
 
 def of_node(scene: Scene) -> int:
     """Return the bytes that a live node takes at most for the scene, its messages included."""
-    size = Lattice(scene.sheet.rows, scene.sheet.columns).size
+    size = Grid(scene.sheet.rows, scene.sheet.columns).size
     messages = of_message(scene, 'particles') + of_message(scene, 'markers')
     twin = _kept(scene, 'double') + _WORKING // 2  # of the error monitor
     return of_cloth(scene) + _COPIES * messages + size * twin
@@ -89,7 +89,7 @@ def check(scene: Scene, needed: int, memory: int | None = None) -> None:
     most = _SHARE * (available() if memory is None else memory)
     if needed > most:
         sheet = scene.sheet
-        raise refuse(
+        raise invalid_value_error(
             f'the memory for {sheet.rows} × {sheet.columns} particles in MB',
             round(needed / 1e6),
             f'at most {most / 1e6:.0f}, half of what there is',

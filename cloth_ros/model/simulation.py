@@ -15,34 +15,35 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from . import contact, memory
-from .contact import Placing, SphereContact
-from .dynamics import Dynamics
-from .guard import DAMPED_DIVISION, DIVISIONS, STRETCH, Guard, Repeats
-from .gusts import Gusts
-from .lattice import Array, Lattice
-from .methods import Method
-from .methods.damped_euler import DampedEuler
-from .methods.steps import Block, Stepping
-from .quantity import Quantity, checked_number, convert, refuse
-from .scene import Scene
-from .sphere_path import SphereMotion
-from .state import State, greatest_speed
-from .substeps import (
-    LOOK_EVERY,
+from ..scene import Scene
+from ..scene.parameter import ParameterSpec, checked_number, convert, invalid_value_error
+from . import memory
+from .contact import sphere_collider
+from .contact.kinematic_path import CommandedMotion
+from .contact.sphere_collider import Placing, SphereCollider
+from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
+from .forces.gusts import Gusts
+from .grid import Array, Grid
+from .integrators import Integrator
+from .integrators.damped_euler import DampedEuler
+from .integrators.integrator import KickDriftIntegrator, SubstepBatch
+from .integrators.kick_drift import KickDrift
+from .state import State, max_speed
+from .time_step import (
+    CHECK_INTERVAL,
     ROUNDING,
-    dissipation_spacing,
-    method_for,
+    dissipation_interval,
+    integrator_for,
     precision_for,
-    refinement,
+    substep_division,
     substep_length,
 )
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
 _LONGEST = 1e6  # s, of one advance
-_FINER = Quantity('divides every substep', low=1, high=1000)
-_TIMED = LOOK_EVERY  # substeps to tell their cost from
+_FINER = ParameterSpec('divides every substep', low=1, high=1000)
+_TIMED = CHECK_INTERVAL  # substeps to tell their cost from
 # Share by which substeps may differ and be made alike: times are rounded, and each other length
 # would have its own tables.
 _ALIKE = 1e-8
@@ -51,7 +52,9 @@ _ALIKE = 1e-8
 def require_scene(scene: object) -> None:
     """Raise ValueError for what is no scene."""
     if not isinstance(scene, Scene):
-        raise refuse('scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml')
+        raise invalid_value_error(
+            'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
+        )
 
 
 class Simulation:
@@ -66,23 +69,25 @@ class Simulation:
 
     """
 
-    guarded = True
+    monitored = True
 
     def __init__(self, scene: Scene, *, finer: int = 1) -> None:
         require_scene(scene)
         memory.check(scene, memory.of_cloth(scene))
         self._finer: int = convert('finer', finer, 1, _FINER)
-        self._look = LOOK_EVERY if self._finer == 1 else 1  # twins run in pauses, which are short
-        self._lattice = Lattice(scene.sheet.rows, scene.sheet.columns)
-        self._state = State(self._lattice, _DTYPES[precision_for(scene)])
+        self._look = (
+            CHECK_INTERVAL if self._finer == 1 else 1
+        )  # twins run in pauses, which are short
+        self._grid_layout = Grid(scene.sheet.rows, scene.sheet.columns)
+        self._state = State(self._grid_layout, _DTYPES[precision_for(scene)])
         self._wind = np.zeros(3)
         self._air = np.zeros(3)
-        self._contact: SphereContact | None = None
-        self._repeats = Repeats()
+        self._contact: SphereCollider | None = None
+        self._rollbacks = RollbackCounts()
         self._time = 0.0
         self._substeps = 0
         self._done = 0.0
-        self._sphere = SphereMotion(scene.sphere.position)
+        self._sphere = CommandedMotion(scene.sphere.position)
         self._build(scene)
 
     def _build(self, scene: Scene) -> None:
@@ -90,7 +95,7 @@ class Simulation:
         self._scene = scene
         dtype = _DTYPES[precision_for(scene)]
         if self._state.dtype is not dtype:
-            former, self._state = self._state, State(self._lattice, dtype)
+            former, self._state = self._state, State(self._grid_layout, dtype)
             self._state.copy_from(former)
         pinned = scene.pinned()
         self._pinned = bool(pinned.any())
@@ -99,17 +104,17 @@ class Simulation:
         before, self._contact = self._contact, None
         if scene.sphere.radius > 0:
             centre, gravity = self._sphere.centre, np.array(scene.gravity)
-            self._contact = SphereContact(scene.sphere, self._lattice, centre, gravity)
+            self._contact = SphereCollider(scene.sphere, self._grid_layout, centre, gravity)
             if before is not None:
                 self._contact.go_on_from(before)
         else:
             self._sphere.waypoints = []
-        self._dynamics = Dynamics(scene, self._lattice, self._air, dtype)
-        self._method = method_for(scene)(self._dynamics)
+        self._kick_drift = KickDrift(scene, self._grid_layout, self._air, dtype)
+        self._method = integrator_for(scene)(self._kick_drift)
         self._substep = substep_length(scene)
         self._stability_limit = scene.stability_limit()
         self._elastic, self._viscous = scene.rate_bounds()
-        self._guard = Guard(scene, dtype, self._repeats)
+        self._energy_monitor = EnergyMonitor(scene, dtype, self._rollbacks)
 
     @property
     def scene(self) -> Scene:
@@ -146,9 +151,9 @@ class Simulation:
         return self._done
 
     @property
-    def repeats(self) -> Repeats:
+    def rollbacks(self) -> RollbackCounts:
         """What the guard has had to repeat since the cloth was made, see `guard`."""
-        return self._repeats
+        return self._rollbacks
 
     def advance(self, seconds: float) -> None:
         """
@@ -163,10 +168,10 @@ class Simulation:
             `seconds` is negative, not finite, or more than a million.
 
         """
-        for _ in self.march(seconds):
+        for _ in self.advance_stepwise(seconds):
             pass
 
-    def march(self, seconds: float) -> Iterator[None]:
+    def advance_stepwise(self, seconds: float) -> Iterator[None]:
         """
         Advance as `advance` does, but pause after each substep for whoever iterates.
 
@@ -181,7 +186,7 @@ class Simulation:
             return
         if self._contact is not None:
             if self._sphere.jump(seconds):
-                self._appear()
+                self._respawn()
             self._contact.place(self._sphere.centre)
             self._sphere.begin(self._time, seconds)
         self._substeps = 0
@@ -207,16 +212,16 @@ class Simulation:
             h = (change - begin) / count
             if abs(h - self.substep) <= _ALIKE * self.substep:
                 h = self.substep
-            for first in range(0, count, STRETCH):
-                yield from self._stretch(min(STRETCH, count - first), h)
+            for first in range(0, count, BATCH):
+                yield from self._stretch(min(BATCH, count - first), h)
             self._time = change
 
     def _stretch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps, and again in the ways of `guard` if they were no good."""
-        if not self.guarded:
+        if not self.monitored:
             yield from self._run(self._method, count, h, 1)
             return
-        guard, method = self._guard, self._method
+        guard, method = self._energy_monitor, self._method
         guard.open(self._state)
         self._begin = self._mark()
         for division in DIVISIONS:
@@ -233,12 +238,12 @@ class Simulation:
         if guard.limit(self._state, work) and self._accept(work):
             return
         self._go_back()
-        guard.repeats.damped += 1
+        guard.rollbacks.damped += 1
         yield from self._run(self._damped(h), count, h, DAMPED_DIVISION)
         if self._accept(self._take_work()):
             return
         self._go_back()
-        guard.repeats.held += 1
+        guard.rollbacks.held += 1
         self._state.velocity[...] = 0
         self._moved(count * h)
         self._take_work()
@@ -250,23 +255,23 @@ class Simulation:
 
     def _accept(self, work: float, *, touched: bool = False) -> bool:
         """Take the state for good if the guard does."""
-        accepted = self._guard.accepts(self._state, work, touched=touched)
+        accepted = self._energy_monitor.accepts(self._state, work, touched=touched)
         if accepted:
-            self._done += self._guard.work
+            self._done += self._energy_monitor.work
         return accepted
 
     def _run(
-        self, method: Method | Stepping, count: int, h: float, division: int
+        self, method: Integrator | KickDriftIntegrator, count: int, h: float, division: int
     ) -> Iterator[None]:
         blocks = self._blocks(count, h, division)
         try:
             yield from method.run(self._state, blocks, self._moved, self._watched)
         except BaseException:  # Ctrl-C, or whoever iterates has closed: within a substep
-            if self.guarded and self._guard.has_state:
+            if self.monitored and self._energy_monitor.has_state:
                 self._go_back()
             raise
 
-    def _damped(self, h: float) -> Stepping:
+    def _damped(self, h: float) -> KickDriftIntegrator:
         """
         Return the method whose energy cannot grow, for substeps of `h` s before division.
 
@@ -274,14 +279,14 @@ class Simulation:
         """
         drag = DampedEuler.drag(h / (DAMPED_DIVISION * self._finer), self._elastic)
         dtype, scene = self._state.dtype, self._scene
-        return DampedEuler(Dynamics(scene, self._lattice, self._air, dtype, more_drag=drag))
+        return DampedEuler(KickDrift(scene, self._grid_layout, self._air, dtype, more_drag=drag))
 
-    def _appear(self) -> None:
+    def _respawn(self) -> None:
         """Have the sphere be where it is told to, as large as the sheet leaves room for."""
         if self._contact is not None:
             self._contact.centre = self._sphere.centre
-            self._contact.appear()
-            self._contact.find_room(self._state)
+            self._contact.respawn()
+            self._contact.shrink_to_fit(self._state)
 
     def _mark(self) -> tuple[float, Placing | None]:
         """Return the time, and where and how large the sphere is."""
@@ -289,7 +294,7 @@ class Simulation:
 
     def _go_back(self) -> None:
         """Return to the last good state, and to what was marked with it."""
-        self._guard.go_back(self._state)
+        self._energy_monitor.go_back(self._state)
         self._take_work()
         self._time, placing = self._begin
         if self._contact is not None and placing is not None:
@@ -297,12 +302,12 @@ class Simulation:
 
     def _take_work(self) -> float:
         """Return the work of air and sphere since the last call, J; inf: any."""
-        work = self._dynamics.take_work()
+        work = self._kick_drift.take_work()
         if self._contact is not None:
             work += self._scene.sheet.particle_mass * self._contact.take_work()
         return work
 
-    def _watched(self, block: Block) -> bool:
+    def _watched(self, block: SubstepBatch) -> bool:
         """Tell if the sphere may act on the sheet between two substeps of a block."""
         if self._contact is None:
             return False
@@ -310,24 +315,24 @@ class Simulation:
             self._state, block.substeps * block.h, self._sphere.speed
         )
 
-    def _blocks(self, count: int, h: float, division: int) -> Iterator[Block]:
+    def _blocks(self, count: int, h: float, division: int) -> Iterator[SubstepBatch]:
         """Yield the blocks of `count` substeps, in which the air does not change."""
         for first in range(0, count, self._look):
             self._follow()
-            speed = greatest_speed(self._state)
-            fine = division * self._finer * refinement(self._scene, h, speed)
+            speed = max_speed(self._state)
+            fine = division * self._finer * substep_division(self._scene, h, speed)
             airspeed = speed + float(np.linalg.norm(self._air))
             spacing = self._spacing(h / fine, airspeed)
             for _ in range(fine):
                 part = min(self._look, count - first)
                 self._substeps += part
-                yield Block(part, h / fine, spacing)
+                yield SubstepBatch(part, h / fine, spacing)
 
     def _spacing(self, substep: float, airspeed: float) -> int:
         """Return in how many substeps dissipation acts once."""
         if self._state.dtype is np.float64:
             return 1
-        return dissipation_spacing(self._scene, substep, self._viscous, airspeed)
+        return dissipation_interval(self._scene, substep, self._viscous, airspeed)
 
     def _follow(self) -> None:
         # With a pin the sheet cannot stray, and the pin must not move by one bit.
@@ -346,20 +351,20 @@ class Simulation:
 
     def _forget(self) -> None:
         """Take the present state as it is: it was set from outside."""
-        self._guard.forget()
+        self._energy_monitor.forget()
         self._take_work()
         if self._contact is not None:
-            self._contact.look_again()
+            self._contact.invalidate()
 
     def warm_up(self) -> Iterator[str]:
         """Compile what the scene uses, and say before each kernel what it is for."""
         yield 'motion'
         self._idle(1)
-        greatest_speed(self._state)
-        self._guard.open(self._state)
+        max_speed(self._state)
+        self._energy_monitor.open(self._state)
         if self._contact is not None:
             yield 'contact'
-            contact.warm_up(self._state.dtype)
+            sphere_collider.warm_up(self._state.dtype)
 
     def compile(self) -> float:
         """Warm up, and return the wall-clock time of a substep without contact, s."""
@@ -370,11 +375,11 @@ class Simulation:
         """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
         position, velocity = self._state.position.copy(), self._state.velocity.copy()
         spacing = self._spacing(self.substep, 0.0)
-        blocks = [Block(count, 0.0, spacing)]
+        blocks = [SubstepBatch(count, 0.0, spacing)]
         start = time.perf_counter()
         for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):
             pass
         seconds = time.perf_counter() - start
-        self._dynamics.take_work()
+        self._kick_drift.take_work()
         self._state.position[...], self._state.velocity[...] = position, velocity
         return seconds

@@ -23,7 +23,7 @@ import functools
 
 import numpy as np
 
-from .lattice import Array
+from .grid import Array
 
 # Substeps stay this fraction below the limit: the bounds hold for a frozen state, and the state
 # changes from substep to substep.

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .compile import kernel
-from .lattice import GHOST, Array, Lattice
+from .grid import GHOST, Array, Grid
+from .kernels.jit import kernel
 
 # Particles whose speeds are compared at once.
 _LANES = 64
@@ -37,7 +37,7 @@ class State:
 
     """
 
-    lattice: Lattice
+    lattice: Grid
     dtype: Any
     origin: Array = field(default_factory=lambda: np.zeros(3))
     position: Array = field(init=False)
@@ -105,7 +105,7 @@ class State:
 
 
 @kernel
-def _greatest_square(velocity, size):  # type: ignore[no-untyped-def]
+def _max_squared_speed(velocity, size):  # type: ignore[no-untyped-def]
     # Lane by lane: LLVM leaves the maximum of a whole array scalar, NaN being what it is.
     greatest = np.zeros(_LANES, velocity.dtype)
     whole = size // _LANES * _LANES
@@ -120,6 +120,6 @@ def _greatest_square(velocity, size):  # type: ignore[no-untyped-def]
     return greatest.max()
 
 
-def greatest_speed(state: State) -> float:
+def max_speed(state: State) -> float:
     """Return the speed of the fastest particle, m/s."""
-    return math.sqrt(_greatest_square(state.velocity, state.lattice.size))
+    return math.sqrt(_max_squared_speed(state.velocity, state.lattice.size))

@@ -14,27 +14,28 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
 from ..interrupt import Stop
+from ..live.coarse_cloth import cloth_on, take_over
+from ..live.error_estimate import ErrorEstimator
+from ..live.kernel_compiler import Background, compile_for
+from ..live.overload import Level, Overload
+from ..live.pacing import Pacing
+from ..live.solver_summary import solution
 from ..messages.diagnostics import diagnostics_message
-from ..model import Cloth, Scene
-from ..model.background import Background, compile_for
-from ..model.coarse import cloth_on, take_over
-from ..model.error_monitor import ErrorMonitor
-from ..model.guard import Repeats
-from ..model.quantity import described
-from ..model.substeps import method_for
-from .clock_step import wake_after_steps
-from .clock_topic import SafeClockNode
-from .frames import Frames
-from .namesakes import Namesakes
-from .outputs import Output, States
-from .overload import Level, Overload
-from .pacing import Pacing
-from .parameters import SafeParameterService, changed_scene, declare_scene, typed
-from .queues import overridable
-from .rejections import SELDOM, Rejections
-from .solution import solution
-from .tick_times import TickTimes
-from .ticking import Tick, Ticking
+from ..model import Cloth
+from ..model.energy_monitor import RollbackCounts
+from ..model.time_step import integrator_for
+from ..scene import Scene
+from ..scene.parameter import format_error
+from .clock_jump_watchdog import watch_for_clock_jumps
+from .duplicate_names import DuplicateNames
+from .parameters import SafeParameterService, changed_scene, coerce_types, declare_scene
+from .publishers import Output, StatePublisher
+from .qos import overridable_qos
+from .rejected_inputs import THROTTLE, RejectedInputs
+from .tick_clock import Tick, TickClock
+from .tick_statistics import TickStatistics
+from .transforms import Transforms
+from .validated_clock import ValidatedClockNode
 
 _OVERDUE = 2  # periods without a tick that are too many
 _LONGEST_PAUSE = 1.0  # s, of which there is a share for the error estimate
@@ -43,7 +44,7 @@ _ESTIMATING = 0.045  # share of a core for the error estimate; its bookkeeping m
 _AT_ONCE = 0.03
 
 
-class ClothNode(SafeClockNode):
+class ClothNode(ValidatedClockNode):
     """Steps a cloth by the clock, publishes it, and takes wind, sphere and parameters."""
 
     def __init__(self, stop: Stop) -> None:
@@ -57,7 +58,7 @@ class ClothNode(SafeClockNode):
             self, self._check, lambda: self._rejections.count('parameters')
         )
         self._log = self.get_logger()
-        self._rejections = Rejections(self._log)
+        self._rejections = RejectedInputs(self._log)
         self._log.info('kernels that were never compiled on this machine take some seconds each')
         self._stop = stop
         self._cloth = Cloth(scene)
@@ -67,7 +68,7 @@ class ClothNode(SafeClockNode):
         self._pacing.expect(self._cloth.compile())
         self._overload = Overload(scene)
         self._spacing = 1
-        self._monitor = ErrorMonitor(self._cloth, background=True)
+        self._monitor = ErrorEstimator(self._cloth, background=True)
         self._asked = scene
         self._coming: Background[None] | None = None
         self._coming_level: Background[None] | None = None
@@ -76,26 +77,28 @@ class ClothNode(SafeClockNode):
         self._may_adopt = True
         self._unsaid = False
         self._paused = False
-        self._ticking = Ticking(self, self._tick)
-        self._repeats = Repeats()
+        self._ticking = TickClock(self, self._tick)
+        self._rollbacks = RollbackCounts()
         self._ticks, self._jumps, self._jump = 0, 0, 0.0
-        self._times = TickTimes()
-        self._frames = Frames(self, scene.frame_id)
+        self._times = TickStatistics()
+        self._frames = Transforms(self, scene.frame_id)
 
-        self._states = States(self, scene)
+        self._states = StatePublisher(self, scene)
         self._diagnostics = Output(self, DiagnosticArray, '/diagnostics')
-        self.create_subscription(Vector3Stamped, 'wind', self._on_wind, **overridable())
-        self.create_subscription(PoseStamped, 'sphere_pose', self._on_sphere_pose, **overridable())
+        self.create_subscription(Vector3Stamped, 'wind', self._on_wind, **overridable_qos())
+        self.create_subscription(
+            PoseStamped, 'sphere_pose', self._on_sphere_pose, **overridable_qos()
+        )
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
-        self.add_pre_set_parameters_callback(typed)
+        self.add_pre_set_parameters_callback(coerce_types)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         steady = self._ticking.steady
         reports = self.create_timer(1.0, self._publish_diagnostics, clock=steady)
-        wake_after_steps(reports)
-        Namesakes(self, steady)
+        watch_for_clock_jumps(reports)
+        DuplicateNames(self, steady)
         self._start_ticking()
         self._greet()
 
@@ -103,7 +106,7 @@ class ClothNode(SafeClockNode):
         scene = self._cloth.scene
         sheet = scene.sheet
         self._log.info(
-            f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz: {self._solution()}'
+            f'{sheet.rows} × {sheet.columns} particles at {scene.rate:g} Hz: {self._solver_summary()}'
         )
         self._log.info(
             f'publishing {self._states.particles.topic}, {self._states.markers.topic} and '
@@ -164,7 +167,7 @@ class ClothNode(SafeClockNode):
         start = time.perf_counter()
         if self._estimating:
             self._monitor.observe(count * substep)
-        for _ in cloth.march(count * substep):
+        for _ in cloth.advance_stepwise(count * substep):
             if self._stop.asked:
                 return
         pacing.done(count, substep, time.perf_counter() - start)
@@ -185,10 +188,10 @@ class ClothNode(SafeClockNode):
         error, self._coming_level = self._coming_level.error, None
         level = self._overload.level
         if error is not None:
-            self._log.error(f'overload, {level.text}: cannot be compiled, {described(error)}')
+            self._log.error(f'overload, {level.text}: cannot be compiled, {format_error(error)}')
             return
         self._go_on_with(level)
-        self._log.warning(f'overload, {level.text}: {self._solution()}')
+        self._log.warning(f'overload, {level.text}: {self._solver_summary()}')
 
     def _go_on_with(self, level: Level) -> None:
         """Simulate what a level says from here on."""
@@ -201,7 +204,7 @@ class ClothNode(SafeClockNode):
         self._pacing.expect(self._cloth.compile())
         self._monitor.restart(self._cloth)
 
-    def _solution(self) -> str:
+    def _solver_summary(self) -> str:
         return solution(self._cloth, self._pacing.load(self._cloth.substep))
 
     # Inputs
@@ -219,7 +222,7 @@ class ClothNode(SafeClockNode):
                 self._log.warning(
                     'there is wind, but no air that acts: set wind.air_density above 0, and give '
                     'the sheet two rows and two columns',
-                    **SELDOM,
+                    **THROTTLE,
                 )
         except ValueError as error:
             self.reject('wind', error)
@@ -291,7 +294,7 @@ class ClothNode(SafeClockNode):
                 # The same would fail at each tick.
                 self._not_made = self._next
                 self._log.error(
-                    f'the kernels for what has changed cannot be compiled ({described(error)}): '
+                    f'the kernels for what has changed cannot be compiled ({format_error(error)}): '
                     'the cloth stays as it was, and parameters say what was asked for; set one '
                     'to try all of them again'
                 )
@@ -309,7 +312,7 @@ class ClothNode(SafeClockNode):
         cloth = self._cloth
         if self._unsaid:
             self._unsaid = False
-            self._log.info(self._solution())
+            self._log.info(self._solver_summary())
         factor, lost = self._pacing.take_report()
         times = self._times.take_report(self._ticking.period)
         # Ticks as slow as reports, or slower, may come before and after one.
@@ -317,13 +320,13 @@ class ClothNode(SafeClockNode):
         jumping = 0 < self._ticks == self._jumps
         factor *= not (self._paused or overdue or jumping)
         level = DiagnosticStatus.WARN
-        repeated = cloth.repeats.since(self._repeats).text
-        self._repeats = replace(cloth.repeats)
+        repeated = cloth.rollbacks.since(self._rollbacks).text
+        self._rollbacks = replace(cloth.rollbacks)
         if self._paused:
             message, level = 'paused', DiagnosticStatus.OK
         elif repeated:
             message = f'energy from nowhere: repeated stretches of substeps, {repeated}'
-            self._log.warning(message, **SELDOM)
+            self._log.warning(message, **THROTTLE)
         elif overdue:
             why = 'is there a /clock?' if self._ticking.simulated else 'the machine is busy'
             message = f'no tick since the last report; {why}'
@@ -333,7 +336,7 @@ class ClothNode(SafeClockNode):
             message = f'/clock moves by {self._jump:.4g} s at once: none of it is simulated'
         elif lost > 0:
             message = f'overload: slow motion, {lost:.3g} s lost since the last report'
-            self._log.warning(message, **SELDOM)
+            self._log.warning(message, **THROTTLE)
         elif self._overload.depth:
             message = f'overload: {self._overload.level.text}'
         else:
@@ -347,7 +350,7 @@ class ClothNode(SafeClockNode):
             'real-time factor': factor,
             'simulated time [s]': cloth.time,
             'substeps in the last tick': cloth.substeps,
-            'method': method_for(cloth.scene).name,
+            'method': integrator_for(cloth.scene).name,
             'tolerance [m]': cloth.scene.solver.tolerance,
             'step [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
@@ -360,7 +363,7 @@ class ClothNode(SafeClockNode):
             'sphere depth [m]': cloth.sphere_depth,
             **self._rejections.report(),
             'messages not sent': self._states.unsent + self._diagnostics.unsent,
-            **{f'stretches {how}': count for how, count in vars(cloth.repeats).items()},
+            **{f'stretches {how}': count for how, count in vars(cloth.rollbacks).items()},
         }
         header = Header(stamp=self.get_clock().now().to_msg())
         name = self.get_fully_qualified_name()

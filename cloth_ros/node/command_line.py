@@ -8,8 +8,8 @@ from itertools import pairwise
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.utilities import remove_ros_args
 
-from ..model.quantity import one_line, refuse
-from ..model.scene_file import text_of
+from ..scene.parameter import invalid_value_error, one_line
+from ..scene.parameter_file import read_limited
 
 _LONGEST = 600  # characters of a complaint
 
@@ -19,7 +19,7 @@ def check_files(arguments: Sequence[str]) -> None:
     for flag, path in pairwise(arguments):
         if flag == '--params-file':
             try:
-                text_of(path)
+                read_limited(path)
             except OSError as error:
                 raise ValueError(f'{path}: {error.strerror}; give a file') from None
             except ValueError as error:
@@ -31,7 +31,7 @@ def check_rest(arguments: Sequence[str]) -> None:
     rest = remove_ros_args(list(arguments))
     if rest:
         remedy = 'give a scene so: cloth_node --ros-args --params-file SCENE'
-        raise refuse('an argument', rest[0], 'one for ROS, behind --ros-args', remedy)
+        raise invalid_value_error('an argument', rest[0], 'one for ROS, behind --ros-args', remedy)
 
 
 def complaint(error: Exception) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rclpy.executors import Executor, SingleThreadedExecutor
 
 
-def quickest_executor() -> Executor:
+def make_executor() -> Executor:
     """
     Return an executor of one thread.
 

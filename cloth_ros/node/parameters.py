@@ -19,17 +19,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
-from ..model import Scene
-from ..model.quantity import (
-    PARAMETER_NAMES,
-    Quantity,
+from ..scene import Scene
+from ..scene.parameter import (
+    PARAMETERS,
+    ParameterSpec,
+    format_value,
+    invalid_value_error,
     one_line,
-    refuse,
-    shown,
-    unknown_name,
+    unknown_parameter_error,
 )
-from ..model.scene_file import NODE_PARAMETERS
-from .queues import Queues, check_policy
+from ..scene.parameter_file import NODE_PARAMETERS
+from .qos import QueueDepths, check_policy
 
 _LONGEST = 600  # characters of a reason
 
@@ -46,14 +46,14 @@ def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, (tuple, array.array)) else value
 
 
-def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
+def _descriptor(name: str, value: Any, known: ParameterSpec) -> ParameterDescriptor:
     """Describe a parameter: its text, unit and range."""
     text = known.text + (f' [{known.unit}]' if known.unit else '')
     descriptor = ParameterDescriptor(
         name=name,
         description=text,
         additional_constraints=known.range_text,
-        read_only=known.fixed,
+        to_grid_copy=known.fixed,
     )
     if known.low is None or known.high is None or isinstance(value, tuple):
         return descriptor
@@ -66,7 +66,7 @@ def _descriptor(name: str, value: Any, known: Quantity) -> ParameterDescriptor:
     return descriptor
 
 
-def declare_scene(node: Node) -> tuple[Scene, Queues]:
+def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
     """
     Declare the parameters of a scene on a node; return the scene and queues of its overrides.
 
@@ -86,22 +86,24 @@ def declare_scene(node: Node) -> tuple[Scene, Queues]:
         check_policy(name, parameter.value)
         if name.split('.')[0] in NODE_PARAMETERS:
             continue
-        if name in PARAMETER_NAMES:
+        if name in PARAMETERS:
             given[name] = parameter.value
             node.undeclare_parameter(name)
         else:
             # A file for several nodes may rightly hold names of others.
-            node.get_logger().warning(f'ignored: {unknown_name(name, list(PARAMETER_NAMES))}')
+            node.get_logger().warning(
+                f'ignored: {unknown_parameter_error(name, list(PARAMETERS))}'
+            )
     scene = Scene.from_parameters(given)
-    queues = Queues.of(node)
+    queues = QueueDepths.of(node)
     queues.check(scene)
     for name, value in scene.flat().items():
-        descriptor = _descriptor(name, value, PARAMETER_NAMES[name])
+        descriptor = _descriptor(name, value, PARAMETERS[name])
         node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
     return scene, queues
 
 
-def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
+def coerce_types(parameters: Iterable[Parameter]) -> list[Parameter]:
     """Return parameters in the type that is meant, be they whole, real, or an empty list."""
     flat = Scene().flat()
     result = []
@@ -122,12 +124,10 @@ def typed(parameters: Iterable[Parameter]) -> list[Parameter]:
     return result
 
 
-def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: Queues) -> Scene:
+def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: QueueDepths) -> Scene:
     """Return `scene` with those of the parameters that are a scene's; raises ValueError."""
     changes = {
-        parameter.name: parameter.value
-        for parameter in parameters
-        if parameter.name in PARAMETER_NAMES
+        parameter.name: parameter.value for parameter in parameters if parameter.name in PARAMETERS
     }
     if not changes:
         return scene
@@ -197,12 +197,16 @@ class SafeParameterService(ParameterService):
             try:
                 parameters.append(Parameter.from_parameter_msg(message))
             except ValueError:
-                name, kind = shown(message.name), message.value.type
-                raise refuse(f'the type of {name}', kind, '0 to 9', 'see ParameterType') from None
-        parameters = typed(parameters)
+                name, kind = format_value(message.name), message.value.type
+                raise invalid_value_error(
+                    f'the type of {name}', kind, '0 to 9', 'see ParameterType'
+                ) from None
+        parameters = coerce_types(parameters)
         for name, count in Counter(parameter.name for parameter in parameters).items():
             if count > 1:
-                raise refuse(f'the number of {shown(name)}', count, '1', 'give it once')
+                raise invalid_value_error(
+                    f'the number of {format_value(name)}', count, '1', 'give it once'
+                )
         self._check(parameters)
         for message, parameter in zip(messages, parameters, strict=True):
             if not self._is_fixed(parameter.name):
@@ -211,14 +215,14 @@ class SafeParameterService(ParameterService):
             # Who loads what was dumped from a node sets these as well.
             now = self._of.get_parameter(parameter.name).value
             if _plain(parameter.value) != _plain(now):
-                raise refuse(
+                raise invalid_value_error(
                     parameter.name,
                     parameter.value,
-                    f'{shown(now)}, as the node was started',
+                    f'{format_value(now)}, as the node was started',
                     'start the node with it',
                 )
 
     def _is_fixed(self, name: str) -> bool:
-        known = PARAMETER_NAMES.get(name)
+        known = PARAMETERS.get(name)
         of_a_queue = name.startswith('qos_overrides.') and self._of.has_parameter(name)
         return of_a_queue or (known is not None and known.fixed)

@@ -11,7 +11,7 @@ from rclpy.utilities import try_shutdown
 from ..interrupt import Stop
 from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
-from .executor import quickest_executor
+from .executor import make_executor
 
 _STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
 
@@ -35,10 +35,10 @@ def run(stop: Stop, args: list[str] | None) -> None:
             command_line.check_files(given)
             # Logs are worth less than the cloth.
             all_args = [*given, *log_folder.WITHOUT_FILES] if unwritable else given
-            shared_memory.enlarge()
+            shared_memory.enlarge_shared_memory()
             rclpy.init(args=all_args, signal_handler_options=SignalHandlerOptions.NO)
             command_line.check_rest(given)
-            executor = quickest_executor()
+            executor = make_executor()
             node = ClothNode(stop)
             if unwritable:
                 node.get_logger().warning(f'no log file: {unwritable}; set ROS_LOG_DIR')

@@ -15,7 +15,7 @@ _FOLDER = '/dev/shm'
 _LEAST_FREE = 2 * 16 * 2**20  # bytes
 
 
-def enlarge() -> None:
+def enlarge_shared_memory() -> None:
     """
     Have Fast DDS keep what it sends in a larger segment; to be called before `rclpy.init`.
 

@@ -19,12 +19,13 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..model import Cloth, Scene
-from ..model.dynamics import Dynamics
-from ..model.lattice import Array
-from ..model.methods.steps import Block, Step
+from ..model import Cloth
+from ..model.grid import Array
+from ..model.integrators.integrator import Step, SubstepBatch
+from ..model.integrators.kick_drift import KickDrift
 from ..model.state import State
-from ..model.substeps import method_for
+from ..model.time_step import integrator_for
+from ..scene import Scene
 from .reference import slightest_energy
 
 # Relative difference by which a drift in single precision may miss position plus velocity.
@@ -117,24 +118,24 @@ class _Heard:
 
     """
 
-    def __init__(self, dynamics: Dynamics) -> None:
-        self._dynamics = dynamics
+    def __init__(self, kick_drift: KickDrift) -> None:
+        self._kick_drift = kick_drift
         self.length, self.weight = 0.0, 0
         self.start = self.kicked = np.zeros(0)
 
     def carry(self, state: State, steps: tuple[Step, ...]) -> None:
         for step in steps:
             if step.kick is not None:
-                self._dynamics.carry(state, (step._replace(drift=0.0),))
+                self._kick_drift.carry(state, (step._replace(drift=0.0),))
                 self.length, self.weight = step.kick, step.weight
             self.start, self.kicked = state.position.copy(), state.velocity.copy()
-            self._dynamics.carry(state, (Step(None, step.drift),))
+            self._kick_drift.carry(state, (Step(None, step.drift),))
 
 
 class AccountedCloth(Cloth):
     """A cloth that keeps account of the work done on it."""
 
-    guarded = False  # what is repeated would be booked twice
+    monitored = False  # what is repeated would be booked twice
 
     def __init__(self, scene: Scene) -> None:
         self._work = dict.fromkeys(('air', 'drag', 'dashpots', 'contact'), 0.0)
@@ -144,10 +145,10 @@ class AccountedCloth(Cloth):
 
     def _build(self, scene: Scene) -> None:
         super()._build(scene)
-        self._heard = _Heard(self._dynamics)
-        self._method = method_for(scene)(self._heard)  # type: ignore[arg-type]
-        self._forces = Dynamics(scene, self._lattice, self._air, np.float64, apart=True)
-        self._still = State(self._lattice, np.float64)
+        self._heard = _Heard(self._kick_drift)
+        self._method = integrator_for(scene)(self._heard)  # type: ignore[arg-type]
+        self._forces = KickDrift(scene, self._grid_layout, self._air, np.float64, apart=True)
+        self._still = State(self._grid_layout, np.float64)
         self._still.pin(scene.pinned())
 
     def open(self) -> None:
@@ -164,7 +165,7 @@ class AccountedCloth(Cloth):
 
     def _acceleration(self, positions: Array, velocity: Array | float = 0.0) -> Array:
         """Return what springs, dashpots and gravity do at `positions`, m/s²."""
-        grid, still = self._lattice.grid, self._still
+        grid, still = self._grid_layout.grid, self._still
         grid(still.position)[...] = positions - self._state.origin[:, None, None]
         grid(still.velocity)[...] = velocity
         self._forces.accelerate(still)
@@ -215,11 +216,11 @@ class AccountedCloth(Cloth):
         self._velocity, self._before, self._corrected = now, (1 - share) * way, corrected
         self._heard.length, self._heard.weight = 0.0, 0
 
-    def _watched(self, block: Block) -> bool:
+    def _watched(self, block: SubstepBatch) -> bool:
         return True
 
     def _moved(self, h: float) -> None:
-        grid = self._lattice.grid
+        grid = self._grid_layout.grid
         start = grid(self._heard.start) + self._state.origin[:, None, None]
         kicked = grid(self._heard.kicked).astype(float)
         impulses = self._impulses(start, kicked)

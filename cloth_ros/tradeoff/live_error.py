@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..model import Cloth, Scene
-from ..model.error_monitor import ErrorMonitor
-from .trial import Course
+from ..live.error_estimate import ErrorEstimator
+from ..model import Cloth
+from ..scene import Scene
+from .run import Scenario
 
 # By how much the substeps of what is taken for the truth are divided.
 FINER = 16
@@ -35,14 +36,14 @@ class Comparison:
     truth: float
 
 
-def compare(scene: Scene, course: Course) -> list[Comparison]:
+def compare(scene: Scene, scenario: Scenario) -> list[Comparison]:
     """Run a scene with its own solver parameters, estimating all the time; return every sample."""
     cloth = Cloth(scene)
-    monitor = ErrorMonitor(cloth)
+    monitor = ErrorEstimator(cloth)
     exact = Cloth(scene.with_parameters({'solver.precision': 'double'}), finer=FINER)
     inputs: list[list[list[float]]] = []
     comparisons = []
-    for tick in course.ticks(cloth):
+    for tick in scenario.ticks(cloth):
         if not inputs:
             exact.adopt(cloth)
         inputs.append([point.tolist() for point in cloth.sphere_waypoints])

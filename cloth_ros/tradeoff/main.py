@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..interrupt import Stop
-from ..model import Scene
-from ..model.quantity import checked_vector
+from ..scene import Scene
+from ..scene.parameter import checked_vector
 
 _LONGEST = 60.0  # s
 
@@ -128,8 +128,8 @@ def _study(
     import shutil
 
     from . import plot, report
+    from .cache import Cache
     from .schedule import Options, Schedule
-    from .store import Store
     from .study import Study
 
     parts = folder / 'parts'
@@ -151,7 +151,7 @@ def _study(
     start = time.perf_counter()
     try:
         progress('compiling, and up to the first gust', 0.0)
-        store = Store(parts)
+        store = Cache(parts)
         study = Study(name, scene, Schedule(scene, options, store), store, progress)
         bar.expect(study.expected)
         result = study.run()
@@ -161,7 +161,7 @@ def _study(
     (folder / 'report.md').write_text(report.page(result))
     plot.draw(result, folder)
     print(f'{name}: {folder / "report.md"}, after {time.perf_counter() - start:.0f} s')
-    print(report.recommendation(result), flush=True)
+    print(report.recommendation_text(result), flush=True)
 
 
 def _run(arguments: argparse.Namespace, stop: Stop) -> None:

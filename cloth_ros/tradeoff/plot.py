@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib
 from matplotlib.ticker import LogLocator, NullLocator
 
-from . import verdict
+from . import recommendation
 
 _COLOURS = {'position_verlet': '#1b6ca8', 'auto': '#3a7d44'}
 _OTHER = '#6b4e71'
@@ -26,7 +26,7 @@ def draw(result: dict[str, Any], folder: Path) -> None:
     known = [
         entry
         for entry in result['settings']
-        if entry['error'] is not None and verdict.error(entry) > 0
+        if entry['error'] is not None and recommendation.error(entry) > 0
     ]
     if known:
         _draw_known(axes, known, result)
@@ -48,7 +48,7 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
         spread = [[wall['median'] - wall['least']], [wall['greatest'] - wall['median']]]
         axes.errorbar(
             wall['median'],
-            1e3 * verdict.error(entry),
+            1e3 * recommendation.error(entry),
             xerr=spread,
             fmt='*' if setting['method'] == 'auto' else 'o',
             markersize=13 if setting['method'] == 'auto' else 7,
@@ -58,10 +58,10 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
             alpha=0.4 if entry['refused'] else 1.0,
             zorder=3,
         )
-    best = verdict.frontier(verdict.candidates(result))
+    best = recommendation.frontier(recommendation.candidates(result))
     axes.plot(
-        [verdict.cost(entry) for entry in best],
-        [1e3 * verdict.error(entry) for entry in best],
+        [recommendation.cost(entry) for entry in best],
+        [1e3 * recommendation.error(entry) for entry in best],
         color='#888888',
         linewidth=5,
         alpha=0.35,
@@ -84,13 +84,13 @@ def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
     stars: dict[tuple[str, float], list[dict[str, Any]]] = {}
     for entry in known:
         if entry['setting']['method'] == 'auto' and not entry['setting']['substeps']:
-            key = (entry['setting']['precision'], verdict.error(entry))
+            key = (entry['setting']['precision'], recommendation.error(entry))
             stars.setdefault(key, []).append(entry)
     for (_, error), entries in stars.items():
         tolerances = sorted({1e3 * entry['setting']['tolerance'] for entry in entries})
         axes.annotate(
             ', '.join(f'{tolerance:g}' for tolerance in tolerances),
-            (max(verdict.cost(entry) for entry in entries), 1e3 * error),
+            (max(recommendation.cost(entry) for entry in entries), 1e3 * error),
             xytext=(6, 6),
             textcoords='offset points',
             color=_COLOURS['auto'],
@@ -119,8 +119,11 @@ def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
 
 def _explain(axes: Any, result: dict[str, Any]) -> None:
     sheet = result['parameters']
-    reference, course = result['reference'], result['course']
-    for share, text in ((1.0, 'real time'), (verdict.SHARE, f'{verdict.SHARE:g} of it')):
+    reference, scenario = result['reference'], result['course']
+    for share, text in (
+        (1.0, 'real time'),
+        (recommendation.SHARE, f'{recommendation.SHARE:g} of it'),
+    ):
         axes.axvline(share, color='#444444', linewidth=share, linestyle='--')
         axes.annotate(
             text,
@@ -133,11 +136,11 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
             color='#444444',
         )
     low, high = axes.get_ylim()
-    if low < 1e3 * verdict.ACCURACY < high:
-        axes.axhline(1e3 * verdict.ACCURACY, color='#444444', linewidth=1, linestyle='--')
+    if low < 1e3 * recommendation.ACCURACY < high:
+        axes.axhline(1e3 * recommendation.ACCURACY, color='#444444', linewidth=1, linestyle='--')
         axes.annotate(
-            f'{1e3 * verdict.ACCURACY:g} mm',
-            (0.005, 1e3 * verdict.ACCURACY),
+            f'{1e3 * recommendation.ACCURACY:g} mm',
+            (0.005, 1e3 * recommendation.ACCURACY),
             xycoords=('axes fraction', 'data'),
             va='bottom',
             fontsize=9,
@@ -158,7 +161,7 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
         axes.plot([], [], 'x', color='#444444', markersize=8, mew=2.2, label='blew up')
     axes.set_xlabel('cost: wall-clock seconds per simulated second (median and range)')
     axes.set_ylabel('largest position error [mm]')
-    begins = f' from {course["begins at"]:g} s on' if course['begins at'] else ''
+    begins = f' from {scenario["begins at"]:g} s on' if scenario['begins at'] else ''
     axes.set_title(
         f'{result["scene"]}: {sheet["sheet.rows"]} × {sheet["sheet.columns"]} particles, '
         f'the first {reference["horizon"]:.3g} s{begins}\n'

@@ -24,7 +24,7 @@ from functools import partial
 import numpy as np
 
 from ..model import Cloth
-from .ladder import scene
+from .analytic_cases import scene
 
 _GRAVITY = 9.81  # m/s²
 
@@ -52,7 +52,7 @@ class Published:
     """
 
     name: str
-    quantity: str
+    parameter: str
     values: tuple[float, ...]
     tolerance: tuple[float, ...]
     steps: float

@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from ..model import Scene
-from ..model.lattice import Array
-from ..model.methods import METHODS
-from ..model.springs import ends, families
+from ..model.forces.springs import spring_ends, spring_families
+from ..model.grid import Array
+from ..model.integrators import INTEGRATORS
+from ..scene import Scene
+from .run import Run
 from .settings import Setting, least_substeps
-from .trial import Run
 
 # How much better than the smallest error two levels of the reference must agree.
 _BETTER = 10.0
@@ -33,7 +33,7 @@ _APART = 0.01
 
 def reference_setting(scene: Scene, level: int) -> Setting:
     """Return the setting of the reference with `level` times the least stable substeps."""
-    method = max(METHODS.values(), key=lambda candidate: candidate.order).name
+    method = max(INTEGRATORS.values(), key=lambda candidate: candidate.order).name
     substeps = level * least_substeps(scene, method)
     return Setting(method, 'double', substeps, 1e-3, scene.rate)
 
@@ -70,8 +70,11 @@ def slightest_energy(scene: Scene) -> float:
     """Return the energy of a strain of 0.1 % in every spring, J: less counts as none."""
     grid = np.empty((scene.sheet.rows, scene.sheet.columns))
     return sum(
-        0.5 * family.stiffness * (_SLIGHT * family.rest_length) ** 2 * ends(family, grid)[0].size
-        for family in families(scene)
+        0.5
+        * family.stiffness
+        * (_SLIGHT * family.rest_length) ** 2
+        * spring_ends(family, grid)[0].size
+        for family in spring_families(scene)
     )
 
 

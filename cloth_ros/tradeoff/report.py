@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from . import verdict
+from . import recommendation
 
 Result = dict[str, Any]
 
@@ -33,67 +33,67 @@ def percent(share: float) -> str:
 def _take(entry: dict[str, Any], within: str) -> str:
     """Return what to write, how wrong it is and what it costs."""
     return (
-        f'`{verdict.parameters(entry)}`, error {length(verdict.error(entry))} {within}, '
-        f'{percent(verdict.cost(entry))} of real time.'
+        f'`{recommendation.parameters(entry)}`, error {length(recommendation.error(entry))} {within}, '
+        f'{percent(recommendation.cost(entry))} of real time.'
     )
 
 
-def recommendation(result: Result) -> str:
+def recommendation_text(result: Result) -> str:
     """Return what to take, in a few sentences with the parameters to write."""
-    horizon, known = result['reference']['horizon'], verdict.usable(result)
+    horizon, known = result['reference']['horizon'], recommendation.usable(result)
     if not known:
         stable = [entry for entry in result['settings'] if not entry['unstable']]
-        cheapest = min(verdict.cost(entry) for entry in stable)
+        cheapest = min(recommendation.cost(entry) for entry in stable)
         return (
             '* No error is known, for the reference does not converge (see above). Stable '
             f'settings take {percent(cheapest)} of real time and more; stay with the defaults.'
         )
     within = f'in the {horizon:.2g} s that errors are known for'
     name = f'{result["parameters"]["rate"]:g} Hz on this machine'
-    best, cheap = verdict.for_real_time(result), verdict.for_accuracy(result)
+    best, cheap = recommendation.for_real_time(result), recommendation.for_accuracy(result)
     lines = [
         f'* **{name}**: ' + _take(best, within)
         if best
-        else f'* **{name}**: no setting takes less than {percent(verdict.SHARE)} of real time '
+        else f'* **{name}**: no setting takes less than {percent(recommendation.SHARE)} of real time '
         'with this scene. Take a coarser grid (see below), softer springs, or leave '
         '`solver.overload` to slow time down.'
     ]
-    wanted = length(verdict.ACCURACY)
+    wanted = length(recommendation.ACCURACY)
     if cheap:
         lines.append(f'* **{wanted}**: ' + _take(cheap, within))
     else:
-        nearest = min(verdict.error(entry) for entry in known)
+        nearest = min(recommendation.error(entry) for entry in known)
         lines.append(
             f'* **{wanted}**: no tolerance that was tried is as accurate; the best is off by '
             f'{length(nearest)}.'
         )
     if horizon < result['course']['seconds'] * (1 - 1e-9):
-        together = [entry['together'] for entry in verdict.candidates(result)]
+        together = [entry['together'] for entry in recommendation.candidates(result)]
         lines.append(
             f'* **After {horizon:.2g} s** no accuracy is known, and these lines say nothing: '
             f'settings stay with the reference, to 1 % of the sheet, for {min(together):.2g} to '
-            f'{max(together):.2g} of {result["course"]["seconds"]:.2g} s. The defaults serve as '
+            f'{max(together):.2g} of {result["scenario"]["seconds"]:.2g} s. The defaults serve as '
             'well as any.'
         )
     return '\n'.join(lines)
 
 
-def _course(result: Result) -> str:
-    course, reference = result['course'], result['reference']
-    parts = [f'{course["seconds"]:.3g} s were simulated']
-    if course['begins at']:
-        parts.append(f'from {course["begins at"]:g} s on, just before the first gust')
-    if course['sphere sent to']:
-        x, y, z = course['sphere sent to']
-        parts.append(f'the sphere being sent to ({x:g}, {y:g}, {z:g}) m in {course["over"]:g} s')
-    if course['before the gusts']:
+def _scenario(result: Result) -> str:
+    scenario, reference = result['course'], result['reference']
+    parts = [f'{scenario["seconds"]:.3g} s were simulated']
+    if scenario['begins at']:
+        parts.append(f'from {scenario["begins at"]:g} s on, just before the first gust')
+    if scenario['sphere sent to']:
+        x, y, z = scenario['sphere sent to']
+        parts.append(f'the sphere being sent to ({x:g}, {y:g}, {z:g}) m in {scenario["over"]:g} s')
+    if scenario['before the gusts']:
         parts.append('all of it before the first gust')
     coarse, fine = reference['substeps']
     text = ', '.join(parts) + '. '
     text += (
         f'The reference is {reference["method"]} in double precision with {fine} substeps a tick; '
     )
-    if reference['horizon'] >= course['seconds'] * (1 - 1e-9):
+    if reference['horizon'] >= scenario['seconds'] * (1 - 1e-9):
         text += (
             f'with {coarse} it differs by {length(reference["agreement"])} at most, the smallest '
             f'error below is {length(reference["smallest error"])}.'
@@ -128,9 +128,11 @@ def _together(entry: dict[str, Any], result: Result) -> str:
 
 
 def _settings(result: Result) -> str:
-    best = verdict.frontier(verdict.candidates(result))
+    best = recommendation.frontier(recommendation.candidates(result))
     rows = []
-    order = sorted(result['settings'], key=lambda entry: (entry['unstable'], verdict.cost(entry)))
+    order = sorted(
+        result['settings'], key=lambda entry: (entry['unstable'], recommendation.cost(entry))
+    )
     for entry in order:
         found = entry['error']
         row = [
@@ -264,9 +266,9 @@ def page(result: Result) -> str:
     kind = 'quick' if result['quick'] else 'long'
     return f"""# Speed against accuracy: {result['scene']}
 
-{_course(result)}
+{_scenario(result)}
 
-{recommendation(result)}
+{recommendation_text(result)}
 
 ![work-precision plot](work_precision.png)
 

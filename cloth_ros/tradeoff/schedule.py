@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from ..model import Cloth, Scene
-from ..model.methods import METHODS
+from ..model import Cloth
+from ..model.integrators import INTEGRATORS
+from ..scene import Scene
+from .cache import Cache
 from .machine import describe
 from .reference import reference_setting
+from .run import Scenario, simulate, start_of
 from .settings import Setting, make_cloth, plan, rates
-from .store import Store
-from .trial import Course, simulate, start_of
 
 # Simulated time, s, and wall-clock time of all first runs, s, that a study of one scene aims at.
 _SECONDS = 1.0
@@ -74,7 +75,7 @@ class Schedule:
 
     """
 
-    def __init__(self, scene: Scene, options: Options, store: Store) -> None:
+    def __init__(self, scene: Scene, options: Options, store: Cache) -> None:
         self.scene = scene.with_parameters({'solver.substeps': 0})
         self.quick = options.quick
         self.settings = plan(scene, quick=options.quick)
@@ -95,13 +96,15 @@ class Schedule:
         # Every rate that is tried has whole ticks in two of the scene's.
         two_ticks = 2 / scene.rate
         samples = max(round((options.seconds or _SECONDS) / two_ticks), 1)
-        self.course = Course(samples * two_ticks, two_ticks, start, options.goal, options.arrival)
+        self.scenario = Scenario(
+            samples * two_ticks, two_ticks, start, options.goal, options.arrival
+        )
         self._price()
         if options.seconds is None:
             self._shorten(store)
 
     def _compile(self) -> None:
-        for method in METHODS:
+        for method in INTEGRATORS:
             for precision in ('single', 'double'):
                 changes = {'solver.method': method, 'solver.precision': precision}
                 Cloth(self.scene.with_parameters(changes)).compile()
@@ -110,32 +113,32 @@ class Schedule:
         """Measure what a substep costs, contact included, and double precision more."""
         double = self.scene.with_parameters({'solver.precision': 'double'})
         self._ratio = Cloth(double).compile() / Cloth(self.scene).compile()
-        run = simulate(Cloth(self.scene), self.course)
+        run = simulate(Cloth(self.scene), self.scenario)
         self.unit = run.wall / run.substeps
 
-    def _shorten(self, store: Store) -> None:
+    def _shorten(self, store: Cache) -> None:
         """
         Shorten the course to what the budget of time allows, to a tenth of it at most.
 
         Prices vary from time to time; what was chosen once stays, or nothing of a study that was
         interrupted could be used.
         """
-        course = self.course
+        scenario = self.scenario
         key = {
             'part': 'course',
             'scene': self.scene.flat(),
             'machine': describe(),
-            'course': course.key,
+            'course': scenario.key,
             'quick': self.quick,
         }
         found = store.load(key)
         if found is None:
             share = min(1.0, max(_BUDGET[self.quick] / max(self.expected, 1e-9), 0.1))
-            samples = max(int(share * course.samples), min(6, course.samples))
+            samples = max(int(share * scenario.samples), min(6, scenario.samples))
             store.save(key, samples)
         else:
             samples = found[0]
-        self.course = replace(course, seconds=samples * course.period)
+        self.scenario = replace(scenario, seconds=samples * scenario.period)
 
     @property
     def expected(self) -> float:
@@ -150,7 +153,7 @@ class Schedule:
     def cost(self, setting: Setting) -> float:
         """Return the wall-clock time, s, that a run is expected to take."""
         price = self.unit * (self._ratio if setting.precision == 'double' else 1.0)
-        return self._substeps(setting) * setting.rate * self.course.seconds * price
+        return self._substeps(setting) * setting.rate * self.scenario.seconds * price
 
     def runs(self, expected: float) -> int:
         """Return how often a run that takes so many seconds is made."""

@@ -6,11 +6,12 @@ import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 
-from ..model import Cloth, Scene
-from ..model.methods import METHODS
-from ..model.methods.steps import Block
+from ..model import Cloth
+from ..model.integrators import INTEGRATORS
+from ..model.integrators.integrator import SubstepBatch
 from ..model.stability import SAFETY
-from ..model.substeps import LOOK_EVERY
+from ..model.time_step import CHECK_INTERVAL
+from ..scene import Scene
 
 # Substeps as multiples of the least that are stable.  Those below one are there to be shown
 # as what they are.
@@ -69,7 +70,7 @@ class Setting:
 class FixedStepCloth(Cloth):
     """A cloth whose substeps are all of one length, stable or not."""
 
-    guarded = False  # where a step breaks, the study must see it break
+    monitored = False  # where a step breaks, the study must see it break
 
     def __init__(self, scene: Scene, substeps: int) -> None:
         self._number = substeps
@@ -80,12 +81,12 @@ class FixedStepCloth(Cloth):
         """Length of the substeps, s."""
         return 1 / (self.scene.rate * self._number)
 
-    def _blocks(self, count: int, h: float, division: int) -> Iterator[Block]:
-        for first in range(0, count, LOOK_EVERY):
+    def _blocks(self, count: int, h: float, division: int) -> Iterator[SubstepBatch]:
+        for first in range(0, count, CHECK_INTERVAL):
             self._follow()
-            part = min(LOOK_EVERY, count - first)
+            part = min(CHECK_INTERVAL, count - first)
             self._substeps += part
-            yield Block(part, h)
+            yield SubstepBatch(part, h)
 
 
 def make_cloth(scene: Scene, setting: Setting) -> Cloth:
@@ -116,7 +117,7 @@ def plan(scene: Scene, *, quick: bool) -> list[Setting]:
         Setting(solver.method, solver.precision, solver.substeps, solver.tolerance, scene.rate)
     ]
     for precision in ('single', 'double'):
-        for method in METHODS:
+        for method in INTEGRATORS:
             least = least_substeps(scene, method)
             for factor in _FACTORS_QUICK if quick else _FACTORS:
                 substeps = max(round(factor * least), 1)

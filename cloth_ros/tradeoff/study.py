@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..model import Scene
-from ..model.grids import on_grid, sampled
-from ..model.lattice import Array
-from ..model.methods import METHODS
+from ..model.grid import Array
+from ..model.integrators import INTEGRATORS
+from ..model.resample import interpolate, resample_scene
 from ..model.stability import SAFETY
-from . import breaking, live_error
+from ..scene import Scene
+from . import live_error, measured_stability
+from .cache import NO_ARRAY, Cache
 from .energy_budget import AccountedCloth
 from .machine import describe
 from .reference import (
@@ -28,10 +29,9 @@ from .reference import (
     time_together,
     wildest,
 )
+from .run import Run, Scenario, simulate, start_of
 from .schedule import Schedule
 from .settings import Setting, least_substeps, make_cloth
-from .store import NO_ARRAY, Store
-from .trial import Course, Run, simulate, start_of
 
 _GRIDS = {True: (0.25, 0.5, 1.0, 2.0), False: (0.25, 0.5, 1.0, 2.0, 4.0)}
 # A finer grid is left out where its run would take longer than this, s.
@@ -71,16 +71,20 @@ class Study:
     """
 
     def __init__(
-        self, name: str, scene: Scene, schedule: Schedule, store: Store, progress: Progress
+        self, name: str, scene: Scene, schedule: Schedule, store: Cache, progress: Progress
     ) -> None:
         self._name, self._given, self._schedule = name, scene, schedule
-        self._scene, self._course, self._quick = schedule.scene, schedule.course, schedule.quick
+        self._scene, self._scenario, self._quick = (
+            schedule.scene,
+            schedule.scenario,
+            schedule.quick,
+        )
         self._store, self._progress = store, progress
         self._particles = scene.sheet.rows * scene.sheet.columns
         self._machine = describe()
         self._grids = self._plan_grids()
         self._start_of = lru_cache(maxsize=1)(start_of)  # the same for all repeats on a grid
-        self._states = list(breaking.states(self._scene))
+        self._states = list(measured_stability.states(self._scene))
         own = self._schedule.settings[0]
         self._own_cost = schedule.cost(replace(own, substeps=0))
 
@@ -92,7 +96,7 @@ class Study:
         total = sum(schedule.runs(cost) * cost for cost in costs)
         total += sum(schedule.cost(schedule.reference(level)) for level in schedule.levels)
         total += sum(schedule.runs(cost) * cost for _, cost in self._grids)
-        total += _BREAKING * len(self._states) * len(METHODS)
+        total += _BREAKING * len(self._states) * len(INTEGRATORS)
         return total + self._account_cost() + self._live_cost()
 
     def run(self) -> Entry:
@@ -102,7 +106,7 @@ class Study:
         entries = self._measure([*schedule.settings, *schedule.rates], reference)
         stable = [np.array(entry['largest']) for entry in entries if not entry['unstable']]
         limit = horizon(between, stable)
-        judged = [judge(e, reference, limit, self._course.times, self._scene) for e in entries]
+        judged = [judge(e, reference, limit, self._scenario.times, self._scene) for e in entries]
         count = len(schedule.settings)
         return {
             'scene': self._name,
@@ -110,19 +114,19 @@ class Study:
             'machine': self._machine,
             'quick': self._quick,
             'course': {
-                'seconds': self._course.seconds,
-                'period': self._course.period,
+                'seconds': self._scenario.seconds,
+                'period': self._scenario.period,
                 'begins at': schedule.begins,
                 'before the gusts': schedule.still,
-                'sphere sent to': self._course.goal,
-                'over': self._course.arrival,
+                'sphere sent to': self._scenario.goal,
+                'over': self._scenario.arrival,
             },
             'reference': {
                 'method': reference_setting(self._scene, 1).method,
                 'substeps': list(self._levels),
                 'agreement': limit.agreement,
                 'smallest error': limit.smallest_error,
-                'horizon': limit.samples * self._course.period,
+                'horizon': limit.samples * self._scenario.period,
                 'apart': self._apart(between),
             },
             'settings': judged[:count],
@@ -140,7 +144,7 @@ class Study:
         key = {
             'scene': self._scene.flat(),
             'machine': self._machine,
-            'course': self._course.key,
+            'course': self._scenario.key,
             **what,
         }
         found = self._store.load(key)
@@ -161,7 +165,7 @@ class Study:
             self._levels = (coarser, level)
             between = distances(before.positions, run.positions)[0]
             smallest = distances(probed.positions, run.positions)[0]
-            if horizon(between, [smallest]).samples == self._course.samples:
+            if horizon(between, [smallest]).samples == self._scenario.samples:
                 break
             coarser, before = level, run
         return run, between
@@ -170,7 +174,7 @@ class Study:
         setting = self._schedule.reference(substeps)
 
         def make() -> tuple[Entry, Array]:
-            run = simulate(make_cloth(self._scene, setting), self._course)
+            run = simulate(make_cloth(self._scene, setting), self._scenario)
             record = {'energy': run.energy, 'motion': run.motion, 'strain': run.strain}
             return record, run.positions
 
@@ -188,7 +192,7 @@ class Study:
         return [
             {
                 'distance': distance,
-                'time': float(self._course.times[np.argmax(between > distance)]),
+                'time': float(self._scenario.times[np.argmax(between > distance)]),
             }
             for distance in _LENGTHS
             if (between > distance).any()
@@ -228,7 +232,7 @@ class Study:
                 **record,
                 'label': setting.label,
                 'setting': setting.as_dict(),
-                'nominal cost': cost / self._course.seconds,
+                'nominal cost': cost / self._scenario.seconds,
                 'refused': 0 < setting.substeps < least_substeps(self._scene, setting.method),
                 'wall': _spread(wall),
             }
@@ -239,11 +243,11 @@ class Study:
         """Run a setting once, and compare it with the reference."""
         cloth = make_cloth(self._scene, setting)
         cloth.compile()
-        run = simulate(cloth, self._course, wildest(reference, self._scene))
+        run = simulate(cloth, self._scenario, wildest(reference, self._scene))
         largest, square = distances(run.positions, reference.positions)
         record = {
             'substeps per tick': run.substeps / (run.seconds * setting.rate),
-            'unstable': len(run.motion) < self._course.samples,
+            'unstable': len(run.motion) < self._scenario.samples,
             'wall': run.wall / run.seconds,
             'particle steps': run.substeps * self._particles / run.seconds,
             'largest': largest.tolist(),
@@ -258,12 +262,12 @@ class Study:
         grids = []
         cost = self._schedule.unit / self._particles
         for factor in _GRIDS[self._quick]:
-            scene = on_grid(self._scene, factor)
+            scene = resample_scene(self._scene, factor)
             if scene is None:
                 continue
             substeps = least_substeps(scene, 'position_verlet') * scene.rate
             particles = scene.sheet.rows * scene.sheet.columns
-            seconds = self._course.seconds + self._schedule.begins
+            seconds = self._scenario.seconds + self._schedule.begins
             expected = substeps * seconds * cost * particles
             if factor <= 1 or expected < _GRID_PATIENCE[self._quick]:
                 grids.append((scene, expected))
@@ -290,12 +294,12 @@ class Study:
             paths.append(path)
         n = max(limit.samples, 1)
         for entry, path in zip(entries, paths, strict=True):
-            finest = sampled(paths[-1], entry['rows'], entry['columns'])
+            finest = interpolate(paths[-1], entry['rows'], entry['columns'])
             largest, square = distances(path, finest)
             entry['largest'] = float(largest[:n].max())
             entry['rms'] = float(np.sqrt(square[:n].mean()))
             entry['together'] = time_together(
-                largest, self._course.times, self._scene.sheet.diagonal
+                largest, self._scenario.times, self._scene.sheet.diagonal
             )
         return entries
 
@@ -303,8 +307,8 @@ class Study:
         """Run the cloth on a grid; repeats are for the cost alone, and go the same way."""
         cloth = make_cloth(scene, replace(self._schedule.settings[0], substeps=0))
         cloth.compile()
-        course = replace(self._course, start=self._start_of(scene, self._schedule.begins))
-        run = simulate(cloth, course)
+        scenario = replace(self._scenario, start=self._start_of(scene, self._schedule.begins))
+        run = simulate(cloth, scenario)
         sheet = scene.sheet
         record = {
             'rows': sheet.rows,
@@ -317,10 +321,10 @@ class Study:
 
     def _breaking(self) -> list[Entry]:
         def measure(method: str, state: str) -> tuple[Entry, Array]:
-            return asdict(breaking.compare(self._scene, method, state)), NO_ARRAY
+            return asdict(measured_stability.compare(self._scene, method, state)), NO_ARRAY
 
         rows = []
-        for method, state in itertools.product(METHODS, self._states):
+        for method, state in itertools.product(INTEGRATORS, self._states):
             row, _ = self._part(
                 f'where {method} breaks, {state}',
                 _BREAKING,
@@ -338,7 +342,7 @@ class Study:
     def _budget(self) -> Entry:
         def measure() -> tuple[Entry, Array]:
             cloth = AccountedCloth(self._scene)
-            for number, tick in enumerate(self._course.ticks(cloth)):
+            for number, tick in enumerate(self._scenario.ticks(cloth)):
                 if number == 0:
                     cloth.open()
                 cloth.advance(tick)
@@ -347,12 +351,12 @@ class Study:
         record, _ = self._part('the energy budget', self._account_cost(), measure, part='budget')
         return dict(record)
 
-    def _live_course(self) -> Course:
-        return replace(self._course, seconds=max(self._course.seconds, _WATCHED[self._quick]))
+    def _live_course(self) -> Scenario:
+        return replace(self._scenario, seconds=max(self._scenario.seconds, _WATCHED[self._quick]))
 
     def _live_cost(self) -> float:
         cost = self._schedule.cost(reference_setting(self._scene, live_error.FINER + 3))
-        return cost * self._live_course().seconds / self._course.seconds
+        return cost * self._live_course().seconds / self._scenario.seconds
 
     def _live_error(self) -> list[Entry]:
         def measure() -> tuple[list[Entry], Array]:

@@ -132,13 +132,13 @@ def clock_jumps(running: Live, quick: bool) -> Row:
     before = running.node.output.count('slow motion')
     with _simulated_time(running) as clock:
         for jump in (1000.0, -2000.0):
-            simulated, shown = running.next_report().simulated, clock.now
+            simulated, format_value = running.next_report().simulated, clock.now
             clock.now += jump
             jumped = time.monotonic()
             running.spin_until_stamped(clock.now)
             again.append(running.recover(jumped, SOON))
             simulated = running.next_report().simulated - simulated
-            apart.append(simulated - (clock.now - jump - shown))
+            apart.append(simulated - (clock.now - jump - format_value))
         slow = running.node.output.count('slow motion') - before
     return Row(
         '/clock jumps 1000 s ahead, then 2000 s back',

@@ -68,9 +68,9 @@ def flood(running: Live, quick: bool) -> Row:
 
         def obeyed() -> bool:
             array = deserialize_message(newest[0], MarkerArray)
-            shown = {marker.ns: marker for marker in array.markers}
-            still = shown['wind'].action == Marker.DELETE
-            return still and shown['sphere'].pose.position.z == LAST
+            format_value = {marker.ns: marker for marker in array.markers}
+            still = format_value['wind'].action == Marker.DELETE
+            return still and format_value['sphere'].pose.position.z == LAST
 
         patience = time.monotonic() + SOON
         while not obeyed():  # not at each message: to read one takes long

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import numpy as np
 from visualization_msgs.msg import MarkerArray
 
-from ..arrivals import SELDOM, Ticks, total
+from ..arrivals import THROTTLE, Ticks, total
 from ..live import SOON, Live, live
 from ..peers import DEPTH, PEER
 from ..record import Row
@@ -81,7 +81,7 @@ def _subscriber(quick: bool, number: int, what: str) -> Row:
     return Row(
         what,
         'others are served as before: no message of particles is lost, at most '
-        f'{100 * SELDOM:g} % of the ticks are late or missing, and markers of 64 × 64 particles '
+        f'{100 * THROTTLE:g} % of the ticks are late or missing, and markers of 64 × 64 particles '
         f'never pause for {_MARKERS:g} s; but all may be held up for {_LONGEST:g} s by one that '
         'stops while it holds a lock',
         f'{times} times: {ticks.text}; the longest pause of the markers {pause:.3f} s'

@@ -1,0 +1,267 @@
+"""
+The part of the sheet that a sphere may touch in a substep.
+
+Where the sphere is far from the whole sheet, its clearance is counted down, and nothing else is
+done.  Where it is not, the whole sheet is searched for candidates, cells within some margin of the
+sphere, and these are good for as many substeps as it takes to use up the margin: a Verlet list
+(L. Verlet, "Computer 'Experiments' on Classical Fluids", Physical Review 159, 1967).  In each
+substep only their own bounds are looked at, and of those in reach particles and triangles listed.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..grid import Array, Grid
+from ..kernels.jit import exact, reduction
+from ..state import State
+
+# Substeps at present speeds that candidates are to last for.  Less where that takes a margin of
+# more than the radius of the sphere, which would make too many of them.
+_LASTS = 16
+# By how many times the margin may be larger than present speeds ask for: where motion has slowed
+# down, fewer candidates will do, and clearance may have come about unnoticed.
+_WIDE = 4.0
+# What the distance of two boxes loses where corners move along different axes, at most, as a
+# multiple of their way.
+_AXES = math.sqrt(3.0)
+
+
+@reduction
+def _row_bounds(position, first, columns, out):  # type: ignore[no-untyped-def]
+    """Write the bounds of a row, low x y z, then high x y z."""
+    for axis in range(3):
+        low, high = position[axis, first], position[axis, first]
+        for i in range(np.uint64(first), np.uint64(first + columns)):
+            low = min(low, position[axis, i])
+            high = max(high, position[axis, i])
+        out[axis], out[3 + axis] = low, high
+
+
+@exact
+def _distance(bounds, start, end):  # type: ignore[no-untyped-def]
+    """Return the distance of a box, low x y z, then high x y z, from that of a path."""
+    total = 0.0
+    for axis in range(3):
+        low, high = min(start[axis], end[axis]), max(start[axis], end[axis])
+        apart = max(bounds[axis] - high, low - bounds[3 + axis], 0.0)
+        total += apart * apart
+    return np.sqrt(total)
+
+
+@exact
+def _include(bounds, position, velocity, j, h):  # type: ignore[no-untyped-def]
+    """Widen bounds to the way of a particle in the `h` s that have just ended."""
+    for axis in range(3):
+        after = np.float64(position[axis, j])
+        before = after - h * np.float64(velocity[axis, j])
+        bounds[axis] = min(bounds[axis], before, after)
+        bounds[3 + axis] = max(bounds[3 + axis], before, after)
+
+
+@exact
+def _cell_bounds(bounds, position, velocity, i, down, across, h):  # type: ignore[no-untyped-def]
+    """Write the bounds of a cell over the `h` s that have just ended."""
+    bounds[:3], bounds[3:] = np.inf, -np.inf
+    for j in (i, i + across, i + down, i + down + across):
+        _include(bounds, position, velocity, j, h)
+
+
+@exact
+def _search(  # type: ignore[no-untyped-def]
+    position, velocity, begin, stride, rows, columns, start, end, reach, cells
+):
+    """
+    Find the cells that are now in reach of the path of the sphere's centre.
+
+    Parameters
+    ----------
+    position, velocity
+        Flat arrays.
+    start, end
+        Of the path, m, shape (3,).
+    reach
+        m.
+    cells
+        Receives row × columns + column of each cell found.
+
+    Returns
+    -------
+    (int, float)
+        Number of cells found, and the least distance from the path to any row, m.
+
+    """
+    down, across = min(rows - 1, 1), min(columns - 1, 1)
+    bounds = np.empty((2, 6))
+    single = np.empty(6, position.dtype)
+    merged = np.empty(6)
+    count, nearest = 0, np.inf
+    _row_bounds(position, begin, columns, single)
+    bounds[0] = single
+    for row in range(max(rows - 1, 1)):
+        upper, lower = row % 2, (row + down) % 2
+        _row_bounds(position, begin + (row + down) * stride, columns, single)
+        bounds[lower] = single
+        for axis in range(3):
+            merged[axis] = min(bounds[upper, axis], bounds[lower, axis])
+            merged[3 + axis] = max(bounds[upper, 3 + axis], bounds[lower, 3 + axis])
+        distance = _distance(merged, start, end)
+        nearest = min(nearest, distance)
+        if distance > reach:
+            continue
+        for column in range(max(columns - 1, 1)):
+            i = begin + row * stride + column
+            _cell_bounds(merged, position, velocity, i, down * stride, across, 0.0)
+            if _distance(merged, start, end) <= reach:
+                cells[count] = row * columns + column
+                count += 1
+    return count, nearest
+
+
+@exact
+def _gather(  # type: ignore[no-untyped-def]
+    position, velocity, begin, stride, rows, columns, h, start, end, reach, cells, particles,
+    triangles, local,
+):  # fmt: skip
+    """
+    List the particles and the triangles of the candidates in reach.
+
+    Parameters
+    ----------
+    position, velocity, begin, stride, rows, columns, start, end
+        As in `_search`.
+    h
+        Length of the substep that has just ended, s.
+    reach
+        m; a cell is in reach if it, or the sphere, was at any time in the substep.
+    cells
+        The candidates.
+    particles
+        Receives the flat index of each particle once.
+    triangles
+        Receives their corners as indices into these particles, int32, shape (4 × cells, 3).
+    local
+        Scratch, shape (size,), all -1 before and after.
+
+    Returns
+    -------
+    (int, int)
+        Number of particles, and of triangles.
+
+    """
+    down, across = min(rows - 1, 1), min(columns - 1, 1)
+    whole = down + across == 2
+    bounds = np.empty(6)
+    corner = np.empty(4, np.int32)
+    number, count = 0, 0
+    for n in range(len(cells)):
+        i = begin + cells[n] // columns * stride + cells[n] % columns
+        _cell_bounds(bounds, position, velocity, i, down * stride, across, h)
+        if _distance(bounds, start, end) > reach:
+            continue
+        for k in range(4):
+            j = i + (k // 2) * down * stride + (k % 2) * across
+            if local[j] < 0:
+                local[j] = number
+                particles[number] = j
+                number += 1
+            corner[k] = local[j]
+        if whole:
+            for k in range(4):  # each triangle leaves out one corner
+                triangles[count, 0] = corner[(k + 1) % 4]
+                triangles[count, 1] = corner[(k + 2) % 4]
+                triangles[count, 2] = corner[(k + 3) % 4]
+                count += 1
+        else:
+            triangles[count, 0] = corner[0]
+            triangles[count, 1] = corner[3]
+            triangles[count, 2] = corner[3]
+            count += 1
+    for n in range(number):
+        local[particles[n]] = -1
+    return number, count
+
+
+class BroadPhase:
+    """
+    What of a sheet the sphere may touch, and how far both are apart.
+
+    Attributes
+    ----------
+    clearance
+        Distance, m, that sphere and sheet can still come nearer to each other without a touch; 0
+        or less if that is not known.
+
+    """
+
+    def __init__(self, lattice: Grid) -> None:
+        self._grid_layout = lattice
+        cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
+        self._cells = np.empty(cells, np.int32)
+        self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
+        self._local = np.full(lattice.size, -1, np.int32)
+        self._count = 0
+        self.forget()
+
+    def forget(self) -> None:
+        """Search again before the next use: sheet or sphere is not where it was."""
+        self.clearance, self._margin = 0.0, -math.inf
+
+    def reduce_clearance(self, way: float) -> None:
+        """Note that sphere and sheet may have come nearer to each other by `way`, m."""
+        self.clearance -= way
+        self._margin -= way
+
+    def is_clear(self, way: float) -> bool:
+        """
+        Tell if sphere and sheet stay apart, though they come nearer to each other by `way`, m.
+
+        Candidates are then given up: nobody looks at the sheet on that way.
+        """
+        clear = self.clearance > way  # False for NaN
+        if clear:
+            self._margin = -math.inf
+        return clear
+
+    def find(
+        self, state: State, h: float, start: Array, end: Array, radius: float, way: float
+    ) -> tuple[Array, Array]:
+        """
+        Return the particles that the sphere may touch on its path, and their triangles.
+
+        Parameters
+        ----------
+        state
+            After the substep.
+        h
+            Length of the substep, s.
+        start, end, radius
+            Path of the sphere's centre in the substep, seen from the origin of the state, and its
+            radius, m.
+        way
+            How much sphere and sheet may have come nearer to each other in the substep, m, which
+            has been noted.  What is pushed by the sphere may leave its bounds by as much again.
+
+        Returns
+        -------
+        (array, array)
+            Flat index of each particle, shape (n,), and the corners of the triangles as indices
+            into these, shape (m, 3); a segment, or a point, has equal corners.
+
+        """
+        lattice = self._grid_layout
+        layout = (lattice.begin, lattice.stride, lattice.rows, lattice.columns)
+        fields = (state.position, state.velocity)
+        margin = way + min(_LASTS * way, radius)
+        if not way <= self._margin <= _WIDE * margin:  # NaN is no margin either
+            reach = radius + _AXES * (way + margin)
+            self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
+            self.clearance, self._margin = nearest - radius, margin
+        triangles = np.empty((4 * self._count, 3), np.int32)
+        number, count = _gather(
+            *fields, *layout, h, start, end, radius + way, self._cells[: self._count],
+            self._particles, triangles, self._local,
+        )  # fmt: skip
+        return self._particles[:number], triangles[:count]

@@ -1,0 +1,362 @@
+"""
+The sweep of a sphere through triangles, seen from the sphere.
+
+All positions and velocities are relative to the sphere, whose centre so stays at the origin.
+Within a substep the particles move in strides.  A stride is as long as the clearance allows, but
+at least half a radius: a point that starts outside the sphere and ends outside of it on the other
+side would have to travel two radii.  So contact at the end of every stride is enough for nothing
+ever to pass (conservative advancement; B. Mirtich, "Impulse-based dynamic simulation of rigid
+body systems", 1996, section 2.3), however small or fast the sphere.
+
+At the start of a stride, velocities that would end inside the sphere lose the part that does:
+inelastic impulses at the closest point of the triangle, shared by its corners by their
+barycentric weights, with Coulomb friction.  No impulse adds energy, seen from the sphere.  What
+curvature leaves of a penetration is projected out at the end of the stride, without velocity.
+Where even that fails, the corners concerned are carried along by the sphere, which leaves their
+triangles just as far from it as they were: the end of a stride is never worse than its start,
+except where pinned particles are swept over.  The same ends a substep that would take too many
+strides.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.jit import exact
+from .closest_point import closest_point, normal_of
+
+_VELOCITY_PASSES = 20
+_POSITION_PASSES = 50
+# Strides in one substep, beyond which everything in reach is carried along for the rest of it.
+_STRIDES = 200
+# Share of the tolerance that a contact may creep deeper in a stride before it is pushed again.
+_CREEP = 1e-2
+# Travel of a particle in one stride, in radii, from which its triangles might change sides.
+_CARRIED = 1.8
+
+
+@exact
+def _plane_is_beyond(points, a, b, c, reach):  # type: ignore[no-untyped-def]
+    """Tell if the plane of a triangle is farther from the origin than `reach`; cheap."""
+    nx, ny, nz = normal_of(points, a, b, c)
+    height = nx * points[a, 0] + ny * points[a, 1] + nz * points[a, 2]
+    return height * height > reach * reach * (nx * nx + ny * ny + nz * nz)
+
+
+@exact
+def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[no-untyped-def]
+    """Return the unit direction from the origin to the closest point of a triangle."""
+    if distance > 1e-6 * radius:
+        return (
+            (wa * points[a, 0] + wb * points[b, 0] + wc * points[c, 0]) / distance,
+            (wa * points[a, 1] + wb * points[b, 1] + wc * points[c, 1]) / distance,
+            (wa * points[a, 2] + wb * points[b, 2] + wc * points[c, 2]) / distance,
+        )
+    # The origin lies in the triangle, whose normal is as good as any other way out.
+    nx, ny, nz = normal_of(points, a, b, c)
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    if length > 0.0:
+        return nx / length, ny / length, nz / length
+    return 0.0, 0.0, 1.0
+
+
+@exact
+def _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
+    """Tell if the closest point is a corner that another triangle has been noted for already."""
+    if wa == 1.0:
+        corner = a
+    elif wb == 1.0:
+        corner = b
+    elif wc == 1.0:
+        corner = c
+    else:
+        return False
+    if claimed[corner] == stride_number:
+        return True
+    claimed[corner] = stride_number
+    return False
+
+
+@exact
+def _greatest_speed(speeds):  # type: ignore[no-untyped-def]
+    greatest = 0.0
+    for i in range(len(speeds)):
+        u, v, w = speeds[i, 0], speeds[i, 1], speeds[i, 2]
+        greatest = max(greatest, u * u + v * v + w * w)
+    return np.sqrt(greatest)
+
+
+@exact
+def _travel(points, start):  # type: ignore[no-untyped-def]
+    greatest = 0.0
+    for i in range(len(points)):
+        u, v, w = (
+            points[i, 0] - start[i, 0],
+            points[i, 1] - start[i, 1],
+            points[i, 2] - start[i, 2],
+        )
+        greatest = max(greatest, u * u + v * v + w * w)
+    return np.sqrt(greatest)
+
+
+@exact
+def _apply_impulse(  # type: ignore[no-untyped-def]
+    speeds, free, triangles, weights, normals, t, least, slack, friction
+):
+    """Let a contact point recede at `least` m/s or faster; return whether it fell short."""
+    triangle, weight, normal = triangles[t], weights[t], normals[t]
+    u, v, w = 0.0, 0.0, 0.0
+    inverse_mass = 0.0
+    for k in range(3):
+        i = triangle[k]
+        u += weight[k] * speeds[i, 0]
+        v += weight[k] * speeds[i, 1]
+        w += weight[k] * speeds[i, 2]
+        inverse_mass += free[i] * weight[k] * weight[k]
+    along = u * normal[0] + v * normal[1] + w * normal[2]
+    if inverse_mass == 0.0 or along >= least - slack:
+        return False
+    push = least - along
+    # Coulomb: at most friction × push against the sliding, and never past its end.
+    u, v, w = u - along * normal[0], v - along * normal[1], w - along * normal[2]
+    sliding = np.sqrt(u * u + v * v + w * w)
+    grip = min(friction * push / sliding, 1.0) if sliding > 0.0 else 0.0
+    for k in range(3):
+        i = triangle[k]
+        share = free[i] * weight[k] / inverse_mass
+        speeds[i, 0] += share * (push * normal[0] - grip * u)
+        speeds[i, 1] += share * (push * normal[1] - grip * v)
+        speeds[i, 2] += share * (push * normal[2] - grip * w)
+    return True
+
+
+@exact
+def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
+    """
+    Push triangles out of the sphere until none is deeper than `tolerance`.
+
+    Triangles had at least these `gaps` to the sphere, and no point has gone farther than `travel`
+    since.  Return whether that was done, and whether pins alone hold some triangle deeper.
+    """
+    weights = np.empty(3)
+    held = False
+    for number in range(_POSITION_PASSES):
+        clear, held = True, False
+        for t in range(len(triangles)):
+            if number == 0 and clear and gaps[t] > travel:  # nothing else has moved it yet
+                continue
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            if _plane_is_beyond(points, a, b, c, radius - tolerance):
+                continue
+            squared, weights[0], weights[1], weights[2] = closest_point(points, a, b, c)
+            distance = np.sqrt(squared)
+            if distance >= radius - tolerance:
+                continue
+            inverse_mass = 0.0
+            most = 0.0
+            for k in range(3):
+                i = triangles[t, k]
+                inverse_mass += free[i] * weights[k] * weights[k]
+                most = max(most, free[i] * weights[k])
+            if inverse_mass == 0.0:
+                held = True
+                continue
+            clear = False
+            normal = _direction(
+                points, a, b, c, weights[0], weights[1], weights[2], distance, radius
+            )
+            # Near a pinned corner the lever is long: no more than half a radius at a time.
+            push = min((radius - distance) / inverse_mass, 0.5 * radius / most)
+            for k in range(3):
+                i = triangles[t, k]
+                for axis in range(3):
+                    points[i, axis] += free[i] * weights[k] * push * normal[axis]
+        if clear:
+            return True, held
+    return False, held
+
+
+@exact
+def max_penetration(points, triangles, radius):  # type: ignore[no-untyped-def]
+    """Return the greatest depth of a triangle in the sphere, or 0."""
+    nearest = radius * radius
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        if not _plane_is_beyond(points, a, b, c, radius):
+            nearest = min(nearest, closest_point(points, a, b, c)[0])
+    return radius - np.sqrt(nearest)
+
+
+@exact
+def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
+    """Hold what has moved too far, and carry along what has become too deep, until nothing is."""
+    carried = free == 0.0
+    for i in range(len(points)):
+        travel = 0.0
+        for axis in range(3):
+            travel += (points[i, axis] - start[i, axis]) ** 2
+        travel = np.sqrt(travel)
+        if travel > _CARRIED * radius:
+            for axis in range(3):
+                way = points[i, axis] - start[i, axis]
+                points[i, axis] = start[i, axis] + way * _CARRIED * radius / travel
+            speeds[i] = 0.0
+    changed = True
+    while changed:
+        changed = False
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            # What was too deep before the stride is better off where it was projected to.
+            if gaps[t] < -2.0 * tolerance:
+                continue
+            if closest_point(points, a, b, c)[0] >= (radius - tolerance) ** 2:
+                continue
+            for k in range(3):
+                i = triangles[t, k]
+                if not carried[i]:
+                    carried[i] = True
+                    points[i] = start[i]
+                    speeds[i] = 0.0
+                    changed = True
+
+
+@exact
+def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
+    """
+    Return the triangles without the pinned corners and edges in the sphere, and how many had any.
+
+    Nothing can push these out, and what is free of their triangles would be thrown about in vain:
+    of those an edge or a corner remains.
+    """
+    kept, found = triangles, 0
+    if free.min() > 0.0:
+        return kept, found
+    place = np.empty((3, 3))
+    for t in range(len(triangles)):
+        pinned, other = 0, -1
+        for k in range(3):
+            i = triangles[t, k]
+            if free[i] > 0.0:
+                other = i
+            else:
+                place[pinned] = points[i]
+                pinned += 1
+        if pinned == 0 or other < 0:
+            continue
+        b, c = min(1, pinned - 1), pinned - 1
+        nearest = closest_point(place, 0, b, c)[0]
+        # Pins all move alike, seen from the sphere.
+        for k in range(3):
+            if free[triangles[t, k]] == 0.0:
+                place += h * speeds[triangles[t, k]]
+                break
+        nearest = min(nearest, closest_point(place, 0, b, c)[0])
+        if nearest < (radius - tolerance) ** 2:
+            if found == 0:
+                kept = triangles.copy()
+            found += 1
+            for k in range(3):
+                if free[triangles[t, k]] == 0.0:
+                    kept[t, k] = other
+    return kept, found
+
+
+@exact
+def resolve_contact(points, speeds, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
+    """
+    Move points through `h` seconds past a sphere of `radius` at the origin.
+
+    Parameters
+    ----------
+    points, speeds
+        m and m/s, relative to the sphere, shape (n, 3), double precision; changed in place.
+    free
+        1 for particles that move, 0 for pinned ones, shape (n,).
+    triangles
+        Corners as indices into the points, shape (m, 3); equal corners as in `closest_point`.
+    friction
+        Coulomb's coefficient.
+    tolerance
+        Depth, m, that is not corrected.
+
+    Returns
+    -------
+    (float, bool, bool)
+        Greatest depth of a triangle at the end, m, or 0 where it is within the tolerance; whether
+        there was contact at all; and whether points had to be moved otherwise than by velocities.
+
+    """
+    whole = triangles
+    triangles, pinned = _leave_to_pins(points, speeds, free, whole, radius, h, tolerance)
+    weights = np.empty((len(triangles), 3))
+    normals = np.empty((len(triangles), 3))
+    gaps = np.empty(len(triangles))
+    near = np.empty(len(triangles), np.int32)
+    start = np.empty_like(points)
+    claimed = np.zeros(len(points), np.int32)
+    stride_number = 0
+    left, touched, forced, deep = h, False, False, pinned > 0
+    while left > 0.0:
+        fastest = _greatest_speed(speeds)
+        if not np.isfinite(fastest):
+            break
+        if stride_number == _STRIDES:
+            for i in range(len(points)):
+                if free[i] == 0.0:  # pins stay where they are, seen from the world
+                    points[i] += left * speeds[i]
+            speeds *= 0.0
+            forced = deep = True
+            break
+        reach = left * fastest
+        stride_number += 1
+        clearance = np.inf
+        count = 0
+        for t in range(len(triangles)):
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            gaps[t] = reach  # or more
+            if _plane_is_beyond(points, a, b, c, radius + reach):
+                continue
+            squared, wa, wb, wc = closest_point(points, a, b, c)
+            distance = np.sqrt(squared)
+            gaps[t] = distance - radius
+            if gaps[t] <= reach:
+                clearance = min(clearance, gaps[t])
+                if _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):
+                    continue
+                weights[t, 0], weights[t, 1], weights[t, 2] = wa, wb, wc
+                x, y, z = _direction(points, a, b, c, wa, wb, wc, distance, radius)
+                normals[t, 0], normals[t, 1], normals[t, 2] = x, y, z
+                near[count] = t
+                count += 1
+        if count == 0:
+            points += left * speeds
+            break
+        touched = True
+        allowed = max(clearance, 0.5 * radius)
+        stride = left if reach <= allowed else allowed / fastest
+        slack = _CREEP * tolerance / stride
+        for _ in range(_VELOCITY_PASSES):
+            pushed = False
+            for n in range(count):
+                t = near[n]
+                if gaps[t] <= stride * fastest:
+                    least = min(-gaps[t] / stride, 0.0)
+                    pushed |= _apply_impulse(
+                        speeds, free, triangles, weights, normals, t, least, slack, friction
+                    )
+            if not pushed:
+                break
+        start[:] = points
+        points += stride * speeds
+        travel = _travel(points, start)
+        settled, held = _project(points, free, triangles, gaps, travel, radius, tolerance)
+        strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
+        if strayed or not settled:
+            _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
+        forced = forced or strayed or not settled
+        deep = pinned > 0 or held or strayed or not settled
+        left -= stride
+    depth = max_penetration(points, whole, radius) if deep else 0.0
+    if depth <= 2.0 * tolerance:
+        depth = 0.0
+    return depth, touched, forced

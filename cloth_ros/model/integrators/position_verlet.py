@@ -1,0 +1,95 @@
+"""
+Position Verlet: half a drift, a kick, half a drift.
+
+    x ← x + h/2 v,   v ← v + h a(x, v),   x ← x + h/2 v
+
+Second order and symplectic (M. Tuckerman, B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992,
+section II).  Velocity Verlet, half a kick, a drift, half a kick, is the same sequence begun at
+another place.  This one needs no forces at the ends of an advance, so that n steps take n
+evaluations of them: the two half drifts between neighbouring kicks are made as one.
+
+Forces that depend on the velocity are what a kick has to integrate to second order at resting
+positions, and `Dynamics` does.  In a block of an odd number of steps dissipation may act in the
+middle one alone, for all of them: that is symmetric, and so still of second order.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..grid import Array
+from .integrator import KickDriftIntegrator, Step, SubstepBatch, plan
+
+if TYPE_CHECKING:
+    from ...scene import Scene
+
+# Position error at the stability limit, as a share of the sheet's diagonal: what cloth_tradeoff
+# measures on the scenes of config/, where they are not chaotic.
+_ERROR_AT_LIMIT = 2e-4
+
+
+class PositionVerlet(KickDriftIntegrator):
+    """Position Verlet."""
+
+    name = 'position_verlet'
+    order = 2
+
+    @staticmethod
+    def stable_step(elastic: float, viscous: float) -> float:
+        """
+        Return the longest stable step, s: h = 2/ω, and not more than 2/μ.
+
+        The damping of the midpoint rule, 1 − h μ + (h μ)²/2, holds up to h μ = 2, and until then
+        h² λ may be as large as (4 − 2 h μ + (h μ)²)/(1 − h μ/2), which is never below 4.
+
+        Parameters
+        ----------
+        elastic, viscous
+            Largest λ, 1/s², and μ, 1/s: stiffness and damping per unit mass.
+
+        """
+        return min(
+            2 / math.sqrt(elastic) if elastic > 0 else math.inf,
+            2 / viscous if viscous > 0 else math.inf,
+        )
+
+    @staticmethod
+    def amplification(h: float, elastic: float, viscous: float) -> Array:
+        """Return the matrix of a step on ẍ = −λ x − μ ẋ, for (x, ẋ), shape (2, 2)."""
+        middle = 1 - 0.5 * h * viscous
+        kick = np.array([[1, 0], [-h * middle * elastic, 1 - h * middle * viscous]])
+        drift = np.array([[1, h], [0, 1]])
+        step: Array = drift @ kick
+        return step
+
+    @staticmethod
+    def accurate_step(scene: Scene) -> float:
+        """
+        Return the step whose error is about the tolerance, s.
+
+        The error is known by measurement at the stability limit, and falls with the square of
+        the step.
+        """
+        at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
+        if at_limit == 0:
+            return math.inf
+        limit = PositionVerlet.stable_step(*scene.rate_bounds())
+        return limit * math.sqrt(scene.solver.tolerance / at_limit)
+
+    def steps(self, block: SubstepBatch) -> tuple[Step, ...]:
+        """Return the kicks and drifts of a block."""
+        return _steps(*block)
+
+
+@functools.lru_cache(maxsize=64)
+def _steps(count: int, h: float, spacing: int) -> tuple[Step, ...]:
+    weights: list[int] = []
+    for plain, weight in plan(count, spacing):
+        weights += [0] * plain + [weight] * (weight > 0)
+    drifts = [h] * (count - 1) + [0.5 * h]
+    kicks = (Step(h, drift, weight) for drift, weight in zip(drifts, weights, strict=True))
+    return (Step(None, 0.5 * h), *kicks)

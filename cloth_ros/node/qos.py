@@ -1,0 +1,90 @@
+"""How many messages may wait for slow subscribers, and whether there is memory for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+
+from ..model import memory
+from ..scene import Scene
+from ..scene.parameter import ParameterSpec, convert, invalid_value_error
+
+# RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
+DEPTH = 5
+# What may be overridden of a topic: its default, and what it may be.
+_POLICIES: dict[str, tuple[object, ParameterSpec]] = {
+    'depth': (0, ParameterSpec('', low=0, high=1000)),
+    'history': ('', ParameterSpec('', choices=('keep_last', 'system_default'))),
+    'reliability': ('', ParameterSpec('', choices=('reliable', 'best_effort', 'system_default'))),
+}
+
+
+def overridable_qos() -> dict[str, Any]:
+    """Return the arguments for a publisher or subscription whose queue users may override."""
+    # A profile of its own each: rclpy writes the overrides into it.
+    return {
+        'qos_profile': QoSProfile(depth=DEPTH),
+        'qos_overriding_options': QoSOverridingOptions.with_default_policies(),
+    }
+
+
+def check_policy(name: str, value: object) -> None:
+    """Raise ValueError for an override that rclpy would fail on, or that needs endless memory."""
+    policy = name.rpartition('.')[2]
+    if not name.startswith('qos_overrides.') or policy not in _POLICIES:
+        return
+    given = value.lower() if isinstance(value, str) else value
+    if policy == 'depth' and isinstance(value, float):
+        raise invalid_value_error(
+            name, value, 'a whole number', 'write it without point and exponent'
+        )
+    if policy == 'history' and given == 'keep_all':
+        # For a reader that hangs, that is without end, and then a wait in each tick.
+        remedy = 'write keep_last, and how many in depth'
+        raise invalid_value_error(
+            name, value, 'keep_last or system_default, for all need memory', remedy
+        )
+    convert(name, given, *_POLICIES[policy])
+
+
+class QueueDepths:
+    """
+    What waits of the large messages for a subscriber that is slow or hangs.
+
+    Parameters
+    ----------
+    depths
+        Of the queues that are not of the usual depth, by topic; each with its name.
+
+    """
+
+    def __init__(self, depths: Mapping[str, tuple[str, int]]) -> None:
+        self._depths = depths
+
+    @classmethod
+    def of(cls, node: Node) -> QueueDepths:
+        """Return those that the overrides of a node make."""
+        depths = {}
+        for topic in ('particles', 'markers'):
+            resolved = node.resolve_topic_name(f'~/{topic}')
+            name = f'qos_overrides.{resolved}.publisher.depth'
+            if node.has_parameter(name):
+                depths[topic] = (name, node.get_parameter(name).value)
+        return cls(depths)
+
+    def check(self, scene: Scene) -> None:
+        """Raise ValueError where a scene takes too much memory, with all that may wait."""
+        needed = memory.of_node(scene)
+        memory.check(scene, needed)
+        for topic, (name, depth) in self._depths.items():
+            size = memory.of_message(scene, topic)
+            needed += max(depth - DEPTH, 0) * size  # the usual depth is counted already
+            try:
+                memory.check(scene, needed)
+            except ValueError:
+                allowed = f'such that so many messages of {size / 1e6:.3g} MB fit into memory'
+                raise invalid_value_error(name, depth, allowed, 'lower it') from None

@@ -1,0 +1,47 @@
+"""/clock: rclpy takes every message for a time, and ends the node with one that is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.time_source import CLOCK_TOPIC
+from rosgraph_msgs.msg import Clock
+
+from ..scene.parameter import invalid_value_error
+
+
+def check_time(message: Clock) -> None:
+    """Raise ValueError for what is no time, or none that a stamp can carry."""
+    time = message.clock
+    if time.sec < 0:
+        raise invalid_value_error('clock.sec', time.sec, 'at least 0', 'publish a time after 1970')
+    if time.nanosec >= 1_000_000_000:
+        raise invalid_value_error(
+            'clock.nanosec', time.nanosec, 'below 1e9', 'carry it over to sec'
+        )
+
+
+class ValidatedClockNode(Node):
+    """A node that outlives messages on /clock that are no time."""
+
+    def create_subscription(  # type: ignore[no-untyped-def]
+        self, msg_type: type, topic: str, callback: Callable[..., None], *args: Any, **others: Any
+    ):
+        """Subscribe; rclpy's time source does so as well, whenever `use_sim_time` becomes true."""
+
+        def checked(message: Clock) -> None:
+            try:
+                check_time(message)
+            except ValueError as error:
+                self.reject('clock', error)
+            else:
+                callback(message)
+
+        heed = checked if topic == CLOCK_TOPIC else callback
+        return super().create_subscription(msg_type, topic, heed, *args, **others)
+
+    def reject(self, topic: str, reason: object) -> None:
+        """Note that a message was refused."""
+        raise NotImplementedError

@@ -1,0 +1,365 @@
+"""
+The scene: everything that a user decides about a simulation.
+
+A scene is a tree of frozen dataclasses, nested like the ROS parameters.  A scene that exists is
+valid: whatever is wrong raises `ValueError` while it is made.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..model import stability
+from ..model.integrators import INTEGRATORS
+from ..model.time_step import integrator_for, substep_length
+from . import parameter_file
+from .parameter import ParameterGroup, invalid_value_error, parameter, register
+from .particle_selection import pinned_particles
+
+Vector = tuple[float, float, float]
+
+# In a tick: a good number of minutes of wall-clock time on any machine.
+_MOST_SUBSTEPS = 1e8
+
+
+def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
+    length = math.hypot(*vector)
+    if length < 1e-9:
+        raise invalid_value_error(
+            name, list(vector), f'a {what} other than zero', 'give its direction'
+        )
+    if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
+        return vector
+    return tuple(component / length for component in vector)
+
+
+@dataclass(frozen=True)
+class Sheet(ParameterGroup):
+    """The undeformed sheet: a grid of particles of equal mass."""
+
+    prefix: ClassVar[str] = 'sheet.'
+    rows: int = parameter(32, 'particles along y', low=1, high=1024, fixed=True)
+    columns: int = parameter(32, 'particles along x', low=1, high=1024, fixed=True)
+    size: tuple[float, float] = parameter(
+        (1.0, 1.0),
+        'length along the columns (x) and along the rows (y)',
+        unit='m',
+        low=1e-3,
+        high=1e3,
+        fixed=True,
+    )
+    mass: float = parameter(0.2, 'mass of the whole sheet', unit='kg', low=1e-9, high=1e9)
+    position: Vector = parameter(
+        (0.0, 0.0, 1.0), 'centre', unit='m', low=-1e6, high=1e6, fixed=True
+    )
+    orientation: tuple[float, float, float, float] = parameter(
+        (0.0, 0.0, 0.0, 1.0), 'quaternion x y z w', low=-1e6, high=1e6, fixed=True
+    )
+
+    def check(self) -> None:
+        """Normalise the quaternion."""
+        unit = _unit('sheet.orientation', self.orientation, 'quaternion')
+        object.__setattr__(self, 'orientation', unit)
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Rest length of the structural springs along x and along y, m."""
+        return (
+            self.size[0] / max(self.columns - 1, 1),
+            self.size[1] / max(self.rows - 1, 1),
+        )
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal, m; a direction with one particle has no length."""
+        return math.hypot(
+            self.size[0] * (self.columns > 1),
+            self.size[1] * (self.rows > 1),
+        )
+
+    @property
+    def shortest_spacing(self) -> float:
+        """Shortest distance of neighbours in the flat sheet, m; inf for a single particle."""
+        return min(
+            self.spacing[0] if self.columns > 1 else math.inf,
+            self.spacing[1] if self.rows > 1 else math.inf,
+        )
+
+    @property
+    def particle_mass(self) -> float:
+        """Mass of one particle, kg."""
+        return self.mass / (self.rows * self.columns)
+
+
+@dataclass(frozen=True)
+class Springs(ParameterGroup):
+    """Stiffness of the three families of Provot (1995), and the dashpots along them."""
+
+    prefix: ClassVar[str] = 'springs.'
+    structural: float = parameter(
+        500.0, 'stiffness to the 4 neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+    )
+    shear: float = parameter(
+        250.0,
+        'stiffness to the 4 diagonal neighbours; 0: not modelled',
+        unit='N/m',
+        low=0,
+        high=1e8,
+    )
+    bending: float = parameter(
+        50.0, 'stiffness to the 4 second neighbours; 0: not modelled', unit='N/m', low=0, high=1e8
+    )
+    damping: float = parameter(
+        0.0, 'dashpot along each spring; 0: not modelled', unit='N·s/m', low=0, high=1e6
+    )
+
+
+@dataclass(frozen=True)
+class Gust(ParameterGroup):
+    """A gust every period, of random speed in one direction."""
+
+    prefix: ClassVar[str] = 'wind.gust.'
+    period: float = parameter(
+        0.0,
+        'time from one gust to the next, the first after one period; 0: none',
+        unit='s',
+        low=0,
+        high=1e6,
+    )
+    duration: float = parameter(1.0, 'how long a gust blows', unit='s', low=0, high=1e6)
+    direction: Vector = parameter((0.0, 1.0, 0.0), 'where gusts blow to', low=-1e6, high=1e6)
+    speed: tuple[float, float] = parameter(
+        (0.0, 5.0), 'least and greatest speed, uniformly drawn', unit='m/s', low=0, high=1e4
+    )
+    seed: int = parameter(0, 'seed of the random speeds', low=0, high=2**53)
+
+    def check(self) -> None:
+        """Normalise the direction and compare the fields with one another."""
+        unit = _unit('wind.gust.direction', self.direction, 'vector')
+        object.__setattr__(self, 'direction', unit)
+        if self.speed[0] > self.speed[1]:
+            raise invalid_value_error(
+                'wind.gust.speed', list(self.speed), 'least, then greatest', 'swap them'
+            )
+        if 0 < self.period < 1e-3:
+            raise invalid_value_error(
+                'wind.gust.period', self.period, '0 or at least 0.001 s', 'lengthen it'
+            )
+        if 0 < self.period < self.duration:
+            raise invalid_value_error(
+                'wind.gust.duration',
+                self.duration,
+                f'at most wind.gust.period, {self.period:g} s',
+                'shorten it or lengthen the period',
+            )
+
+
+@dataclass(frozen=True)
+class Wind(ParameterGroup):
+    """The air: its velocity and what it does to the triangles."""
+
+    prefix: ClassVar[str] = 'wind.'
+    velocity: Vector = parameter(
+        (0.0, 0.0, 0.0),
+        'velocity of the air until a command comes',
+        unit='m/s',
+        low=-1e4,
+        high=1e4,
+    )
+    air_density: float = parameter(
+        1.2, 'density of the air; 0: no air', unit='kg/m³', low=0, high=1e4
+    )
+    drag_coefficient: float = parameter(
+        1.0, 'drag coefficient of a triangle that faces the wind', low=0, high=100
+    )
+    gust: Gust = field(default_factory=Gust)
+
+
+@dataclass(frozen=True)
+class Sphere(ParameterGroup):
+    """A sphere that moves as commanded, whatever the cloth does."""
+
+    prefix: ClassVar[str] = 'sphere.'
+    radius: float = parameter(0.0, 'radius; 0: no sphere', unit='m', low=0, high=1e3)
+    position: Vector = parameter(
+        (0.0, 0.0, 0.0), 'centre until a command comes', unit='m', low=-1e6, high=1e6
+    )
+    friction: float = parameter(0.3, 'coefficient of Coulomb friction', low=0, high=10)
+
+    def check(self) -> None:
+        """Refuse spheres that are too small to be resolved."""
+        if 0 < self.radius < 1e-4:
+            raise invalid_value_error(
+                'sphere.radius', self.radius, '0 or at least 0.0001 m', 'enlarge it'
+            )
+
+
+@dataclass(frozen=True)
+class Solver(ParameterGroup):
+    """How the equations of motion are integrated."""
+
+    prefix: ClassVar[str] = 'solver.'
+    method: str = parameter('auto', 'integration method', choices=('auto', *INTEGRATORS))
+    substeps: int = parameter(
+        0,
+        'substeps per tick; 0: chosen from the stability limit and the tolerance',
+        low=0,
+        high=1_000_000,
+    )
+    tolerance: float = parameter(
+        0.001, 'position error that auto aims for', unit='m', low=1e-6, high=1.0
+    )
+    precision: str = parameter(
+        'single',
+        'floating point numbers; auto: double for tolerances below 1 mm',
+        choices=('single', 'double', 'auto'),
+    )
+    threads: int = parameter(1, 'threads that sheets from 64 × 64 on share', low=1, high=64)
+    max_tick: float = parameter(
+        0.1,
+        'longest wall-clock time made up in one tick, but no less than 1.5 ticks',
+        unit='s',
+        low=1e-3,
+        high=10.0,
+    )
+    overload: str = parameter(
+        'slow_motion',
+        'what gives when the machine cannot keep up, time or accuracy',
+        choices=('slow_motion', 'coarsen'),
+    )
+
+
+@dataclass(frozen=True)
+class Markers(ParameterGroup):
+    """What is shown in RViz."""
+
+    prefix: ClassVar[str] = 'markers.'
+    rate: float = parameter(
+        30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000
+    )
+    springs: bool = parameter(False, 'show the springs as lines')
+
+
+@dataclass(frozen=True)
+class Scene(ParameterGroup):
+    """A whole scene.  Nested groups may be given as mappings: ``Scene(sheet={'rows': 8})``."""
+
+    frame_id: str = parameter('world', 'frame of all published positions', fixed=True)
+    rate: float = parameter(60.0, 'ticks per second', unit='Hz', low=1.0, high=1000.0)
+    pins: tuple[str, ...] = parameter(
+        ('0,0', '0,-1'), 'pinned particles as "row,column", Python indices and slices'
+    )
+    drag: float = parameter(0.5, 'decay rate of velocity; 0: none', unit='1/s', low=0, high=1e6)
+    gravity: Vector = parameter(
+        (0.0, 0.0, -9.81), 'acceleration of gravity', unit='m/s²', low=-1e4, high=1e4
+    )
+    sheet: Sheet = field(default_factory=Sheet)
+    springs: Springs = field(default_factory=Springs)
+    wind: Wind = field(default_factory=Wind)
+    sphere: Sphere = field(default_factory=Sphere)
+    solver: Solver = field(default_factory=Solver)
+    markers: Markers = field(default_factory=Markers)
+
+    @classmethod
+    def from_yaml(cls, path: str | os.PathLike[str]) -> Scene:
+        """
+        Read a ROS parameter file.
+
+        Raises
+        ------
+        ValueError
+            The file is not a ROS parameter file, or its scene is not valid.
+        OSError
+            The file cannot be read.
+
+        """
+        try:
+            return cls.from_parameters(parameter_file.read(path))
+        except ValueError as error:
+            raise ValueError(f'{parameter_file.format_path(path)}: {error}') from None
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> Scene:
+        """Build a scene from parameters, nested or by dotted names; raises ValueError."""
+        scene = cls.from_mapping(parameters)
+        assert isinstance(scene, Scene)
+        return scene
+
+    def with_parameters(self, changes: Mapping[str, Any]) -> Scene:
+        """Return this scene with the parameters of these dotted names changed, and checked."""
+        if not isinstance(changes, Mapping):
+            raise invalid_value_error(
+                'the change', changes, 'a mapping of names to values', 'give one'
+            )
+        whole = tuple(
+            f'{name}.'
+            for name, value in changes.items()
+            if isinstance(name, str) and isinstance(value, ParameterGroup)
+        )
+        kept = {name: value for name, value in self.flat().items() if not name.startswith(whole)}
+        return self.from_parameters({**kept, **changes})
+
+    def check(self) -> None:
+        """Compare the groups with one another."""
+        self.pinned()
+        self._check_substeps()
+        if self.solver.substeps:
+            step = 1 / (self.rate * self.solver.substeps)
+            limit = self.stability_limit()
+            if step > stability.SAFETY * limit:
+                least = math.ceil(1 / (self.rate * stability.SAFETY * limit))
+                raise invalid_value_error(
+                    'solver.substeps',
+                    self.solver.substeps,
+                    f'0 or at least {least} for a stable step at {self.rate:g} Hz',
+                    'or soften the springs',
+                )
+
+    def _check_substeps(self) -> None:
+        """Refuse what would stand still on any machine."""
+        count = 1 / (self.rate * substep_length(self))
+        if count <= _MOST_SUBSTEPS:
+            return
+        elastic, viscous = self.rate_bounds()
+        name = 'springs.damping' if viscous > math.sqrt(elastic) else 'springs.structural'
+        if self.stability_limit() * self.rate * _MOST_SUBSTEPS > 2:
+            name = 'solver.tolerance'
+        raise invalid_value_error(
+            name,
+            self.flat()[name],
+            f'such that {_MOST_SUBSTEPS:g} substeps a tick are enough (it would take {count:.2g})',
+            'raise it' if name == 'solver.tolerance' else 'lower springs.*, or raise sheet.mass',
+        )
+
+    @property
+    def has_air(self) -> bool:
+        """True if there is air that acts on the sheet; a single row has no triangles to act on."""
+        triangles = self.sheet.rows > 1 and self.sheet.columns > 1
+        return triangles and self.wind.air_density * self.wind.drag_coefficient > 0
+
+    def pinned(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+        """Return which particles are pinned, bool, shape (rows, columns); raises ValueError."""
+        return pinned_particles(self.pins, self.sheet.rows, self.sheet.columns)
+
+    def rate_bounds(self) -> tuple[float, float]:
+        """Return bounds of stiffness and damping per unit mass in every state, 1/s² and 1/s."""
+        return stability.bounds(
+            rows=self.sheet.rows,
+            columns=self.sheet.columns,
+            particle_mass=self.sheet.particle_mass,
+            stiffness=(self.springs.structural, self.springs.shear, self.springs.bending),
+            damping=self.springs.damping,
+        )
+
+    def stability_limit(self) -> float:
+        """Return the longest stable substep of the method, s; inf without springs."""
+        return integrator_for(self).stable_step(*self.rate_bounds())
+
+
+register(Scene)
