@@ -33,7 +33,8 @@ from ..model.integrators.kick_drift import KickDrift
 from ..model.state import State
 from ..model.time_step import integrator_for
 from ..scene import Scene
-from .tangent_stiffness import eigenvalue_with_largest_real_part, stability_limit
+from .eigenvalues import has_eigenvalue_above
+from .tangent_stiffness import stability_limit
 
 # Pieces of larger sheets are as large as this in each direction: there are no edges to speak of.
 _LARGEST = 24
@@ -41,7 +42,7 @@ _LARGEST = 24
 # linear, and rounding still small, to about 1e-7.
 _SMALL = 1e-5
 # Share of an eigenvalue z of the map that its residual may be.
-_RESIDUAL = 1e-4
+_TOLERANCE = 1e-4
 # What |z| must exceed 1 by.  At the limit two z meet in −1, where the error is the root of the
 # residual; a step that is too long by the share δ has |z| = 1 + √(8 δ) there, so that this is a δ
 # of 5e-5.  Where damping alone breaks a method, it is one of a percent.
@@ -118,28 +119,27 @@ class _Disturbances:
         self._kick_drift = _Balanced(scene, self._state)
         self._method = integrator_for(scene)(self._kick_drift)
         self._small = _SMALL * scene.sheet.shortest_spacing
-        free = np.broadcast_to(~scene.pinned(), grid.shape)
-        self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * free
+        self._free = ~scene.pinned()
+        self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * self._free
 
     def grow(self, h: float) -> bool:
         """Return whether steps of `h` s make disturbances grow that the cloth itself does not."""
-        value, _, left = eigenvalue_with_largest_real_part(
-            lambda field: -self._step(field, [h]), self._start, _RESIDUAL
-        )
-        if left <= _RESIDUAL and value.real > 1 + _GROWTH:
+        if has_eigenvalue_above(
+            lambda field: -self._step(field, [h]), self._start, 1 + _GROWTH, _TOLERANCE
+        ):
             return True
         if not self._kick_drift.damped:
             return False
         start = self._start * np.array([0.0, 1.0])[:, None, None, None]
         # Two steps, so that either sign of z is found.
-        value, _, _ = eigenvalue_with_largest_real_part(
-            lambda field: self._step(field, [h, h], held=True), start, _RESIDUAL
+        return has_eigenvalue_above(
+            lambda field: self._step(field, [h, h], held=True), start, 1 + _GROWTH, _TOLERANCE
         )
-        return value.real > 1 + _GROWTH
 
     def _step(self, field: Array, steps: list[float], *, held: bool = False) -> Array:
         """Return what becomes of displacements, m, and velocities times the step, in one array."""
         self._kick_drift.held = held
+        field = field * self._free
         ahead, behind = (self._run(side * field, steps) for side in (1, -1))
         return (ahead - behind) / (2 * self._small)
 
