@@ -94,7 +94,8 @@ class TangentStiffness:
 
         def apply(field: Array) -> Array:
             out = 0.25 * h * (h * self.stiffness(field) + 2 * self.damping(field))
-            return plain * out + damped * self.damping(out)
+            kick: Array = plain * out + damped * self.damping(out)
+            return kick
 
         return apply
 
