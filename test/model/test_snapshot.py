@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-
 from typing import NamedTuple
 
 import numpy as np
@@ -65,7 +64,9 @@ def bits(value: object) -> object:
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if dataclasses.is_dataclass(value):
-        return {field.name: bits(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {
+            field.name: bits(getattr(value, field.name)) for field in dataclasses.fields(value)
+        }
     if isinstance(value, Mapping):
         return {key: bits(item) for key, item in value.items()}
     return [bits(item) for item in value] if isinstance(value, (tuple, list)) else repr(value)
@@ -259,9 +260,7 @@ def test_another_grid_keeps_a_swinging_sheet_and_its_pins(factor, precision):
 
 @pytest.mark.parametrize('distance', [0.0, 4e9])
 def test_pins_set_while_a_cloth_runs_stay_where_they_are_on_every_grid(distance):
-    scene = scene_of(
-        **{'sheet__rows': 33, 'sheet__columns': 41, 'solver__precision': 'double'}
-    )
+    scene = scene_of(**{'sheet__rows': 33, 'sheet__columns': 41, 'solver__precision': 'double'})
     cloth = Cloth(scene.with_parameters({'pins': ['']}))
     cloth._simulation.state.origin = np.array((0.0, 0.0, 1.0 - distance))
     cloth.advance(0.5)

@@ -23,7 +23,6 @@ from cloth_ros.model.time_step import (
     dissipation_interval,
     precision_for,
     rounding_heating_rate,
-    stability_limit,
     substep_length,
 )
 

@@ -23,9 +23,7 @@ from cloth_ros.model.stability import rate_bounds
     division=st.sampled_from([1, 2, 8]),
 )
 def test_no_step_adds_energy(seed, size, speed, step, drag, division):
-    cloth = small_cloth(
-        pins=['0,0'], drag=drag, wind__air_density=0.0, solver__precision='double'
-    )
+    cloth = small_cloth(pins=['0,0'], drag=drag, wind__air_density=0.0, solver__precision='double')
     crumple(cloth, size, seed, speed=speed)
     scene, state = cloth.scene, cloth._simulation.state
     elastic, _ = rate_bounds(scene)
