@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from builders import examples, small_cloth
+from builders import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -55,15 +55,3 @@ def test_the_air_velocity_is_constant_until_the_next_change(period, share, numbe
         if change - time > 1e-9 * (time + period):  # elsewhere rounding leaves no inside
             assert len({tuple(gusts.velocity(float(moment))) for moment in inside}) == 1
         time = change
-
-
-def test_gusts_move_a_cloth_and_add_to_the_wind():
-    gust = {'period': 0.5, 'duration': 0.2, 'direction': (0, 0, 1), 'speed': (3, 5)}
-    cloth = small_cloth(gravity=(0, 0, 0), drag=0.0, wind__gust=gust)
-    cloth.advance(0.49)
-    assert not cloth.velocities[..., 2].any()
-    cloth.advance(0.11)
-    cloth.wind = (1.0, 0.0, 0.0)
-    assert cloth.velocities[..., 2].max() > 0
-    assert cloth.air_velocity[0] == 1.0
-    assert 3 <= cloth.air_velocity[2] <= 5
