@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from cloth_ros import Cloth, Scene
@@ -47,6 +45,12 @@ def test_every_integrator_converges_to_the_same_motion_with_its_order(sheet):
     start = moving({**SOFT, **SHEETS[sheet]})
     scene, initial = start.scene, motion(start)
     gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
+    double, single = (acceleration(scene, *initial.astype(t), WIND) for t in (float, np.float32))
+    np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max())
+    assert single.dtype == np.float32
+    # Coincident particles have no springs, and triangles without area feel no air.
+    still = acceleration(scene.with_parameters({'pins': ['']}), *(0 * initial), WIND)
+    assert np.array_equal(still, np.zeros_like(still) + np.reshape(scene.gravity, (3, 1, 1)))
 
     def rates(time: float, flat: np.ndarray) -> np.ndarray:
         p, v = flat.reshape(initial.shape)
@@ -66,23 +70,6 @@ def test_every_integrator_converges_to_the_same_motion_with_its_order(sheet):
         np.testing.assert_allclose(-np.diff(np.log2(errors), axis=0), integrator.order, atol=0.1)
         limit = found[-1] + (found[-1] - found[-2]) / (2**integrator.order - 1)
         assert np.abs(limit - exact)[0].max() < 1e-7
-
-
-@settings(max_examples=15, deadline=None)
-@given(rows=st.integers(1, 6), columns=st.integers(1, 6), seed=st.integers(0, 2**31))
-def test_accelerations_in_single_precision_of_pins_and_of_coincident_particles(
-    rows, columns, seed
-):
-    sheet = {'sheet.rows': rows, 'sheet.columns': columns, 'springs.damping': 0.3}
-    scene = Scene().with_parameters(sheet)
-    p, v = np.random.default_rng(seed).normal(0, 0.3, (2, 3, rows, columns))
-    double = acceleration(scene, p, v, WIND)
-    single = acceleration(scene, p.astype(np.float32), v.astype(np.float32), WIND)
-    assert single.dtype == np.float32
-    np.testing.assert_allclose(single, double, atol=1e-4 * np.abs(double).max() + 1e-30)
-    assert not double[:, scene.pinned()].any()
-    still = acceleration(scene.with_parameters({'pins': ['']}), 0 * p, 0 * v, WIND)
-    assert np.array_equal(still, np.zeros_like(p) + np.reshape(scene.gravity, (3, 1, 1)))
 
 
 def test_the_explicit_simulation_is_accurate_where_stable_and_overflows_elsewhere():
