@@ -53,7 +53,7 @@ def _descriptor(name: str, value: Any, known: ParameterSpec) -> ParameterDescrip
         name=name,
         description=text,
         additional_constraints=known.range_text,
-        to_grid_copy=known.fixed,
+        read_only=known.fixed,
     )
     if known.low is None or known.high is None or isinstance(value, tuple):
         return descriptor
