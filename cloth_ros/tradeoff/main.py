@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from ..interrupt import Stop
+from ..interrupt import StopSignal
 from ..scene import Scene
 from ..scene.parameter import checked_vector
 
@@ -123,7 +123,7 @@ class _Bar:
 
 
 def _study(
-    name: str, scene: Scene, arguments: argparse.Namespace, folder: Path, stop: Stop
+    name: str, scene: Scene, arguments: argparse.Namespace, folder: Path, stop: StopSignal
 ) -> None:
     import shutil
 
@@ -164,7 +164,7 @@ def _study(
     print(report.recommendation_text(result), flush=True)
 
 
-def _run(arguments: argparse.Namespace, stop: Stop) -> None:
+def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
     """Study every scene that is named."""
     if arguments.seconds is not None:
         _positive('--seconds', arguments.seconds)
@@ -195,16 +195,16 @@ def _explain(error: BaseException) -> int:
 def main(args: Sequence[str] | None = None) -> int:
     """Study every scene that is named, until Ctrl-C; return the exit code."""
     arguments = _parser().parse_args(args)
-    stop = Stop(signal.SIGINT)
+    stop = StopSignal(signal.SIGINT)
     try:
         _run(arguments, stop)
     except BaseException as error:
-        if not stop.asked:
+        if not stop.requested:
             return _explain(error)
         print('\ncloth_tradeoff: stopped; the same command goes on from here', file=sys.stderr)
         return 130
     finally:
-        stop.release()
+        stop.restore()
     return 0
 
 
