@@ -1,1 +1,1 @@
-"""A cloth that runs in real time: pacing, overload, error estimate, kernel compilation.  No ROS."""
+"""A cloth in real time: pacing, overload, error estimate, kernel compilation.  No ROS."""

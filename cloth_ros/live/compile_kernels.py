@@ -19,13 +19,12 @@ from typing import Any
 import numpy as np
 
 from ..model import Cloth
+from ..model.grid import Grid
+from ..model.interaction import build_interactions
 from ..model.resample import interpolate
 from ..model.time_step import precision_for
 from ..scene import Scene
 from .triangles import write_triangles
-
-# In the order in which a cloth needs them.
-KINDS = ('motion', 'contact')
 
 
 def _small(scene: Scene) -> Scene:
@@ -44,7 +43,13 @@ def _small(scene: Scene) -> Scene:
     )
 
 
-def warm_up(scene: Scene, kinds: Collection[str] = KINDS) -> None:
+def kinds_of(scene: Scene) -> tuple[str, ...]:
+    """Return the kinds of kernels of a scene, in the order in which a cloth needs them."""
+    contact = build_interactions(_small(scene), Grid(1, 1))
+    return ('motion', 'contact') if contact else ('motion',)
+
+
+def warm_up(scene: Scene, kinds: Collection[str]) -> None:
     """
     Call every kernel of a scene once, so that Numba loads it from its cache or compiles it.
 
@@ -53,7 +58,7 @@ def warm_up(scene: Scene, kinds: Collection[str] = KINDS) -> None:
     scene
         As it is simulated, on its own or on a coarser grid.
     kinds
-        Those of `KINDS` that are wanted.  Kernels that publish the sheet count as motion.
+        Those of `kinds_of` that are wanted.  Kernels that publish the sheet count as motion.
 
     """
     if 'motion' in kinds:

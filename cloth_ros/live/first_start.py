@@ -9,13 +9,18 @@ simulated, and no time is made up afterwards.
 
 from __future__ import annotations
 
-from concurrent.futures import Future
+from collections.abc import Iterator
+from concurrent.futures import Future, wait
 
 from ..model import Cloth
 from ..scene import Scene
 from ..scene.parameter import format_error
+from .coarse_cloth import CoarseCloth
 from .compile_kernels import kinds_of
+from .kernel_cache import KernelNotCached, cached_only
 from .kernel_compiler import NICE, KernelCompiler, Log
+
+_POLL = 0.1  # s
 
 
 class FirstStart:
@@ -41,8 +46,9 @@ class FirstStart:
     """
 
     def __init__(self, scene: Scene, compiler: KernelCompiler, log: Log) -> None:
-        self._log = log
+        self._scene, self._log = scene, log
         self.held = ''
+        self._near = False
         self.missing: dict[str, Future[None]] = {}
         self._kinds = kinds_of(scene)
         for kind in self._kinds:
@@ -55,6 +61,21 @@ class FirstStart:
         """Return how log messages call a kind of kernels, such as 'contact (2 of 3)'."""
         kinds = [*self._kinds, 'the error estimate']
         return f'{kind} ({kinds.index(kind) + 1} of {len(kinds)})'
+
+    def initial_cloth(self) -> CoarseCloth:
+        """
+        Return the cloth in its initial state.
+
+        If a collider touches it there, this waits for the kernels of contact.
+        """
+        try:
+            with cached_only():
+                return CoarseCloth(self._scene)
+        except KernelNotCached:
+            while wait(self.missing.values(), _POLL).not_done:  # a signal may raise in between
+                pass
+        self.poll()
+        return CoarseCloth(self._scene)
 
     def poll(self) -> None:
         """Take note of kernels that have been made since the last call."""
@@ -69,18 +90,33 @@ class FirstStart:
         self.missing.clear()
         self.release()
 
-    def hold(self, cloth: Cloth, seconds: float) -> bool:
+    def advance(self, cloth: Cloth, seconds: float) -> Iterator[None]:
         """
-        Return True if the cloth must not be advanced by `seconds` now.
+        Advance as `Cloth.advance_stepwise`, unless kernels are missing: the cloth is then `held`.
 
-        Once held, it is held until the kernels are there: what is commanded meanwhile may have to
-        pass the cloth.
+        Once held for contact, it is held until the kernels are there: what is commanded meanwhile
+        may have to pass the cloth.
         """
+        if not self.missing:
+            yield from cloth.advance_stepwise(seconds)
+            return
         if 'motion' in self.missing:
             self._hold(self._describe('motion'))
-        elif 'contact' in self.missing and (self.held or cloth.contact_possible(seconds)):
-            self._hold(f'a collider may touch it, and {self._describe("contact")}')
-        return bool(self.held)
+            return
+        contact = f'a collider may touch it, and {self._describe("contact")}'
+        self._near = self._near or cloth.contact_possible(seconds)
+        if self._near:
+            self._hold(contact)
+            return
+        self.release()
+        before = cloth.snapshot()
+        try:
+            with cached_only():
+                yield from cloth.advance_stepwise(seconds)
+        except KernelNotCached:  # the cloth came nearer than was expected
+            cloth.restore(before)
+            self._near = True
+            self._hold(contact)
 
     def _hold(self, reason: str) -> None:
         if reason != self.held:
@@ -91,7 +127,7 @@ class FirstStart:
         """Hold the cloth no longer, unless it must be held anew."""
         if self.held:
             self._log.info('the cloth is no longer held')
-        self.held = ''
+        self.held, self._near = '', False
 
     def _describe(self, kind: str) -> str:
         future = self.missing[kind]

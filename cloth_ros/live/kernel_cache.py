@@ -23,7 +23,7 @@ class KernelNotCached(Exception):  # noqa: N818
     """A kernel is neither in memory nor in the cache, and must not be compiled here and now."""
 
 
-class _CompileListener(event.Listener):  # type: ignore[misc]
+class _CompileListener(event.Listener):
     """Raises `KernelNotCached` where Numba begins to compile in a thread that must not."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class _CompileListener(event.Listener):  # type: ignore[misc]
 
 
 _listener = _CompileListener()
-event.register('numba:compile', _listener)
+event.register('numba:compile', _listener)  # type: ignore[no-untyped-call]
 
 
 @contextmanager

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import IO, Any, Protocol, TypeVar
 
 from ..scene import Scene
-from .compile_kernels import KINDS, warm_up
+from .compile_kernels import warm_up
 from .kernel_cache import KernelNotCached, cache_exists, cached_only, short_switch_interval
 
 T = TypeVar('T')
@@ -74,7 +74,7 @@ class KernelCompiler:
         self._children: set[subprocess.Popen[bytes]] = set()
         self._closed = False
 
-    def load(self, scene: Scene, kinds: Collection[str] = KINDS) -> bool:
+    def load(self, scene: Scene, kinds: Collection[str]) -> bool:
         """Load kernels from memory or from the cache; return False if one must be compiled."""
         try:
             with cached_only():
@@ -102,7 +102,7 @@ class KernelCompiler:
         scene
             As it is simulated.
         kinds
-            Those of `KINDS` that are wanted.
+            Those of `kinds_of` that are wanted.
         label
             What they are, for log messages.
         nice

@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 
-from ..model import Cloth
+from ..model import Cloth, check_scene
 from ..model.contact.collider import Collider
+from ..model.contact.sphere_collider import SphereCollider
 from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
 from ..model.time_step import integrator_for
 from ..scene import Scene
-from .coarse_cloth import CoarseCloth
 from .compile_kernels import kinds_of
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
@@ -88,9 +88,10 @@ class LiveCloth:
 
     def __init__(self, scene: Scene, log: Log) -> None:
         self._log = log
-        self._shown = CoarseCloth(scene)
+        check_scene(scene)
         self._compiler = KernelCompiler(log)
         self._start = FirstStart(scene, self._compiler, log)
+        self._shown = self._start.initial_cloth()
         self._changes = Reconfiguration(scene, self._compiler, log)
         self._pacing = Pacing()
         self._estimator = ErrorEstimator(self._shown.cloth, make_fine=self._make_fine)
@@ -160,9 +161,12 @@ class LiveCloth:
         self._shown.cloth.wind = velocity
 
     def move_collider(self, name: str, position: Sequence[float]) -> None:
-        """Move a collider to `position`, m, where it is at the end of the next tick; ValueError."""
+        """Move a collider to `position`, m, by the end of the next tick; raises ValueError."""
         self._change_scene()
-        self._shown.cloth.move_collider(name, position)
+        if name == SphereCollider.name:  # which says how to have one
+            self._shown.cloth.move_sphere(position)
+        else:
+            self._shown.cloth.move_collider(name, position)
 
     def reset(self) -> None:
         """Return to the initial state."""
@@ -221,15 +225,15 @@ class LiveCloth:
         count = pacing.due(elapsed, substep, period, max_tick, wall)
         if count == 0:
             return True
-        if self._start.hold(cloth, count * substep):
-            pacing.discard()
-            return True
         start = time.perf_counter()
         if self._estimating:
             self._estimator.observe(count * substep)
-        for _ in cloth.advance_stepwise(count * substep):
+        for _ in self._start.advance(cloth, count * substep):
             if interrupted():
                 return False
+        if self._start.held:
+            pacing.discard()
+            return True
         pacing.done(count, substep, time.perf_counter() - start)
         if pacing.lost > lost:
             self._changes.relax(pacing.cost)

@@ -1,4 +1,4 @@
-"""Pacing: how many substeps to simulate in a tick, from the time passed and their measured cost."""
+"""Pacing: number of substeps to simulate in a tick, from the time passed and their cost."""
 
 from __future__ import annotations
 

@@ -44,7 +44,11 @@ def sheet_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
         return
     marker = new_marker('sheet', Marker.TRIANGLE_LIST, _SHEET_COLOUR, 1.0, scene.frame_id)
     cells = (scene.sheet.rows - 1) * (scene.sheet.columns - 1)
-    yield PointsMarker(marker, 6, cells, lambda view, _, positions: write_triangles(positions, view))
+
+    def write(view: Array, _: PublishedCloth, positions: Array) -> None:
+        write_triangles(positions, view)
+
+    yield PointsMarker(marker, 6, cells, write)
 
 
 def pins_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:

@@ -36,9 +36,7 @@ class Status(NamedTuple):
     logged: bool = False
 
 
-def evaluate(
-    report: Report, ticks: TickStatistics, clock: TickClock, *, paused: bool
-) -> Status:
+def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused: bool) -> Status:
     """
     Return the state of the node.
 

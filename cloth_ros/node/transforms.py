@@ -80,8 +80,8 @@ class Transforms:
             return vector
         if self._tf2 is None:
             raise ValueError(
-                f'the frame is {format_value(frame_id)}, but must be {self._frame_id!r} or empty where '
-                'tf2 is not installed; transform it, or install ros-jazzy-tf2-ros'
+                f'the frame is {format_value(frame_id)}, but must be {self._frame_id!r} or empty '
+                'where tf2 is not installed; transform it, or install ros-jazzy-tf2-ros'
             )
         try:
             # The latest: to wait for that of the stamp would delay the command.
