@@ -363,9 +363,9 @@ def test_the_example_watches_it(start_cloth, start):
     assert 'Traceback' not in watch.output
 
 
-def test_the_greeting_names_the_commands_or_the_error(start, tmp_path):
-    greet = (sys.executable, '-m', 'tools.greet', 'python')
-    greeting = start(*greet, 'config/gust.yaml')
+def test_usage_names_the_commands_or_the_error(start, tmp_path):
+    greet = (sys.executable, '-m', 'tools.usage', 'python')
+    usage = start(*greet, 'config/gust.yaml')
     assert greeting.stop(0, patience=30.0) == 0
     assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in greeting.output
     assert '--sphere' not in start(*greet, 'config/hanging.yaml').output

@@ -127,7 +127,11 @@ class KernelCompiler:
         start = time.monotonic()
         job = {'parameters': scene.flat(), 'kinds': list(kinds), 'nice': nice}
         with tempfile.TemporaryFile() as errors:
-            child = self._start(errors)
+            try:
+                child = self._start(errors)
+            except OSError as error:  # no more processes, or no memory for one
+                self._log.warning(f'no process to compile the kernels of {label}: {error}')
+                return False
             self._log.info(f'compiling the kernels of {label}; needed once on this machine')
             try:
                 self._send(child, job)
