@@ -21,7 +21,7 @@ def wait_until(condition, what: str) -> None:
     end = time.monotonic() + _LONGEST
     while not condition():
         if time.monotonic() > end:
-            raise SystemExit(f'no cloth subscribes to {what}; is the node running on this domain?')
+            raise SystemExit(f'no cloth found on {what}; is the node running on this domain?')
         time.sleep(0.02)
 
 
