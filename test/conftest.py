@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
-
-from reliability.live import NODE, ROOT, Probe, Process, environment, free_domain, probing
-
-__all__ = ['ROOT']
+from ros import NODE, Probe, Process, environment, free_domain, probing
 
 
 @pytest.fixture
@@ -20,7 +17,7 @@ def domain() -> Iterator[int]:
 
 @pytest.fixture
 def start(domain: int) -> Iterator[Callable[..., Process]]:
-    """Start a command in the domain; every process is ended after the test."""
+    """Start a command in the domain, with environment variables; it is ended after the test."""
     started: list[Process] = []
 
     def start_process(*command: str, **variables: str) -> Process:
@@ -35,7 +32,7 @@ def start(domain: int) -> Iterator[Callable[..., Process]]:
 
 @pytest.fixture
 def start_cloth(start: Callable[..., Process]) -> Callable[..., Process]:
-    """Start the node with parameters and other ROS arguments, and wait until it runs."""
+    """Start the node with parameters and other ROS arguments, and wait until it publishes."""
 
     def start_node(*ros_arguments: str, **parameters: object) -> Process:
         arguments = list(ros_arguments)
@@ -50,5 +47,6 @@ def start_cloth(start: Callable[..., Process]) -> Callable[..., Process]:
 
 @pytest.fixture
 def probe(domain: int) -> Iterator[Probe]:
+    """A node of the test's own in the domain."""
     with probing(domain) as node:
         yield node
