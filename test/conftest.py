@@ -5,7 +5,39 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
 from ros import NODE, Probe, Process, environment, free_domain, probing
+
+# Examples of a property; tests that need more or fewer take a multiple of it.  Deadlines would
+# depend on the machine.
+for profile, count in (('short', 100), ('medium', 500), ('long', 10_000)):
+    settings.register_profile(
+        profile,
+        max_examples=count,
+        derandomize=profile == 'short',
+        deadline=None,
+        database=None,
+        print_blob=True,
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption('--long', action='store_true', help='the long form of reliability tests')
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line('markers', 'reliability: random scenes, extremes, bad input, faults')
+    config.addinivalue_line('markers', 'long: part of the long form only')
+    if not config.getoption('--hypothesis-profile', None):
+        settings.load_profile('long' if config.getoption('--long') else 'short')
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not config.getoption('--long'):
+        for item in items:
+            if item.get_closest_marker('long'):
+                item.add_marker(pytest.mark.skip(reason='part of the long form, --long'))
 
 
 @pytest.fixture
