@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -37,3 +38,12 @@ def measured(record_property: Callable[[str, str], None]) -> Callable[[str], Non
         record_property('measured', text)
 
     return record
+
+
+@pytest.fixture
+def outcomes(measured: Callable[[str], None]) -> Iterator[Counter[str]]:
+    """Count the outcomes of examples, for the report."""
+    counts: Counter[str] = Counter()
+    yield counts
+    text = ', '.join(f'{count:,} {outcome}' for outcome, count in sorted(counts.items()))
+    measured(f'{counts.total():,} cases: {text}')

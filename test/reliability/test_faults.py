@@ -45,9 +45,7 @@ def large_node(long):
     with live_node(*LARGE, timed=long) as node:
         node.marker_times = []
         receive = lambda _: node.marker_times.append(time.monotonic())  # noqa: E731
-        node.listener.create_subscription(
-            MarkerArray, '/cloth/markers', receive, DEPTH, raw=True
-        )
+        node.listener.create_subscription(MarkerArray, '/cloth/markers', receive, DEPTH, raw=True)
         node.listener.spin_until(lambda: node.marker_times)
         yield node
 
