@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .model import Cloth, Energy
+    from .model import Cloth, Energy, Inputs, Snapshot
     from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
 
 _SCENE = ('Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere', 'Springs', 'Wind')
@@ -11,9 +11,11 @@ __all__ = [
     'Cloth',
     'Energy',
     'Gust',
+    'Inputs',
     'Markers',
     'Scene',
     'Sheet',
+    'Snapshot',
     'Solver',
     'Sphere',
     'Springs',

@@ -1,200 +1,327 @@
-"""The cloth: a simulation that is looked at, and told what to do."""
+"""Public interface of the model: read the state, set the inputs, advance."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, checked_vector, invalid_value_error
 from . import memory
-from .contact.kinematic_path import CommandedMotion
+from .contact.collider import Collider
+from .contact.kinematic_path import MAX_WAYPOINTS
+from .contact.sphere_collider import SphereCollider
 from .energy import Energy, energy, largest_strain
+from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
-from .simulation import Simulation, require_scene
+from .inputs import Inputs, Vector
+from .simulation import Simulation, SubstepObserver
+from .snapshot import Snapshot
+from .step_control import AdaptiveStepControl, StepControl
+from .time_step import check_time_step, stability_limit
 
 
-class Cloth(Simulation):
+def check_scene(scene: object) -> None:
     """
-    A running simulation of a scene, in its initial state at first.
+    Refuse a scene that cannot be simulated, for its time step or for its memory.
+
+    Raises
+    ------
+    ValueError
+        Names the parameter, its value, the allowed range and a remedy.
+
+    """
+    if not isinstance(scene, Scene):
+        raise invalid_value_error(
+            'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
+        )
+    check_time_step(scene)
+    memory.check(scene, memory.of_cloth(scene))
+
+
+class Cloth:
+    """
+    A cloth, at first in the initial state of its scene.
 
     Parameters
     ----------
     scene
-        What to simulate.
-    finer
-        Divides every substep that the scene, and the motion of its cloth, would take.
+        Parameters.
+    step_control
+        Makes the step control of a scene.
+    energy_monitor
+        Makes the energy monitor of a scene; None: no batch is ever rejected, as a study of how
+        an integrator fails requires.
+    observer
+        Receives every substep; None: nothing does.
+
+    Raises
+    ------
+    ValueError
+        The scene cannot be simulated, see `check_scene`.
 
     """
 
-    def __init__(self, scene: Scene, *, finer: int = 1) -> None:
-        super().__init__(scene, finer=finer)
-        self.reset()
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        step_control: Callable[[Scene], StepControl] = AdaptiveStepControl,
+        energy_monitor: Callable[[Scene, type], EnergyMonitor] | None = EnergyMonitor,
+        observer: SubstepObserver | None = None,
+    ) -> None:
+        check_scene(scene)
+        self._step_control, self._energy_monitor = step_control, energy_monitor
+        self._observer = observer
+        self._rollbacks = RollbackCounts()
+        self._wind: Vector = scene.wind.velocity
+        self._waypoints: dict[str, tuple[Vector, ...]] = {}
+        self._simulation = self._initial(scene)
 
-    def adopt(self, other: Cloth) -> None:
+    def _simulation_of(self, scene: Scene) -> Simulation:
+        return Simulation(
+            scene, self._step_control(scene), self._energy_monitor, self._observer, self._rollbacks
+        )
+
+    def _initial(self, scene: Scene) -> Simulation:
+        """Return a simulation of the initial state of a scene."""
+        simulation = self._simulation_of(scene)
+        sheet, state = scene.sheet, simulation.state
+        state.origin = np.array(sheet.position)
+        state.grid.interior(state.position)[...] = flat_sheet(
+            sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
+        )
+        simulation.accept_assigned_state(moved=True)
+        return simulation
+
+    # Advance
+
+    def advance(self, seconds: float, inputs: Inputs | None = None) -> None:
         """
-        Take over the state of another cloth of the same sheet, without what it was told.
+        Simulate the next `seconds`, in equal substeps no longer than `substep`.
+
+        Substeps are divided further in fast motion, see `time_step.substep_division`, and where
+        the energy monitor rejects a batch.
+
+        Parameters
+        ----------
+        seconds
+            Simulated time, s.
+        inputs
+            Wind and collider paths; None: the commands given since the last advance, `inputs`.
+            The wind holds from then on.
 
         Raises
         ------
         ValueError
-            Its sheet has another number of particles.
+            `seconds` is negative, not finite, or more than a million.
 
         """
-        size = (other._grid_layout.rows, other._grid_layout.columns)
-        if size != (own := (self._grid_layout.rows, self._grid_layout.columns)):
-            raise invalid_value_error(
-                'the sheet of the other cloth', size, f'of {own} particles', 'adopt such'
-            )
-        self._state.copy_from(other._state)
-        self._state.velocity *= self._state.free
-        self._time = other._time
-        self._wind, self._sphere = other._wind, CommandedMotion(other.sphere_position)
-        self._forget()
-        if other._contact is None:
-            self._respawn()
-        elif self._contact is not None:
-            self._contact.go_on_from(other._contact)
+        for _ in self.advance_stepwise(seconds, inputs):
+            pass
+
+    def advance_stepwise(self, seconds: float, inputs: Inputs | None = None) -> Iterator[None]:
+        """
+        Advance as `advance` does, but pause after each batch of substeps.
+
+        The cloth must not be used until the iteration is over or closed: positions and velocities
+        do not belong to one time before.  Closed half-way, the cloth is left at the last accepted
+        batch of substeps.
+        """
+        inputs = self.inputs if inputs is None else inputs
+        steps = self._simulation.advance_stepwise(seconds, inputs)
+        return self._take_inputs(steps, self.time + seconds > self.time, inputs)
+
+    def _take_inputs(self, steps: Iterator[None], moves: bool, inputs: Inputs) -> Iterator[None]:
+        if moves:  # an advance of zero leaves the waypoints for the next one
+            self._wind, self._waypoints = inputs.wind, {}
+        yield from steps
+
+    def reset(self) -> None:
+        """Return to the initial state: sheet, wind, colliders and time."""
+        self._simulation = self._initial(self.scene)
+        self._wind, self._waypoints = self.scene.wind.velocity, {}
 
     def configure(self, scene: Scene) -> None:
         """
-        Go on from the present state with another scene.
+        Continue from the present state with the parameters of another scene.
+
+        A collider whose position parameter has changed moves there in the next advance.
 
         Raises
         ------
         ValueError
-            A parameter that is fixed while a cloth runs differs, or `scene` is none.
+            A parameter that is fixed while a cloth runs differs, or the scene cannot be
+            simulated.
 
         """
-        require_scene(scene)
-        memory.check(scene, memory.of_cloth(scene))
-        before, after = self._scene.flat(), scene.flat()
+        check_scene(scene)
+        before, after = self.scene.flat(), scene.flat()
         for name, known in PARAMETERS.items():
             if known.fixed and before[name] != after[name]:
                 raise invalid_value_error(
                     name, after[name], f'{before[name]!r} as before', 'make a new Cloth'
                 )
-        if scene.wind.velocity != self._scene.wind.velocity:
-            self._wind = np.array(scene.wind.velocity)
-        if scene.sphere.position != self._scene.sphere.position:
-            if self._contact is None or scene.sphere.radius == 0:
-                self._sphere = CommandedMotion(scene.sphere.position)
-            else:
-                self._sphere.waypoints = [np.array(scene.sphere.position)]
-        self._build(scene)
-        if self._contact is not None:
-            self._contact.shrink_to_fit(self._state)
+        if scene.wind.velocity != self.scene.wind.velocity:
+            self._wind = scene.wind.velocity
+        former, simulation = self.colliders, self._simulation_of(scene)
+        simulation.restore(self._simulation.snapshot(self.inputs))
+        simulation.substeps = self.substeps
+        self._simulation = simulation
+        waypoints = self._waypoints
+        self._waypoints = {}
+        for name, collider in self.colliders.items():
+            if name in former and former[name].initial_position != collider.initial_position:
+                self._waypoints[name] = (collider.initial_position,)
+            elif name in waypoints:
+                self._waypoints[name] = waypoints[name]
 
-    def reset(self) -> None:
-        """Go back to the initial state: sheet, wind, sphere and time."""
-        sheet = self._scene.sheet
-        self._state.origin = np.array(sheet.position)
-        self._grid_layout.grid(self._state.position)[...] = flat_sheet(
-            sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
-        )
-        self._state.velocity[...] = 0
-        self._state.acceleration[...] = 0
-        self._time = self._done = 0.0
-        self._substeps = 0
-        self._wind = np.array(self._scene.wind.velocity)
-        self._sphere = CommandedMotion(self._scene.sphere.position)
-        self._forget()
-        self._respawn()
+    def snapshot(self) -> Snapshot:
+        """Return an immutable copy of everything that later results depend on."""
+        return self._simulation.snapshot(self.inputs)
 
-    @property
-    def positions(self) -> Array:
-        """Positions, m, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return to_grid_copy(self._state.world)
+    def restore(self, snapshot: Snapshot) -> None:
+        """
+        Return to a snapshot: the same advance then gives the same bits.
 
-    @positions.setter
-    def positions(self, value: Array) -> None:
-        self._state.world = self._grid_layout.checked('positions', value)
-        self._forget()
-        self._respawn()
+        A snapshot of another scene is converted: its precision, and linearly its grid.
+        """
+        self._simulation.restore(snapshot)
+        self._wind = snapshot.inputs.wind
+        paths = snapshot.inputs.collider_paths
+        self._waypoints = {name: paths[name] for name in self.colliders if name in paths}
+
+    # Inputs
 
     @property
-    def velocities(self) -> Array:
-        """Velocities, m/s, shape (rows, columns, 3), a read-only copy; assign to set them."""
-        return to_grid_copy(self._state.speeds)
-
-    @velocities.setter
-    def velocities(self, value: Array) -> None:
-        grid = self._grid_layout.grid
-        grid(self._state.velocity)[...] = self._grid_layout.checked('velocities', value)
-        self._state.velocity *= self._state.free
-        self._forget()
-
-    def write_particles(self, out: Array) -> None:
-        """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
-        out[..., :3] = np.moveaxis(self._state.world, 0, -1)
-        out[..., 3:] = np.moveaxis(self._grid_layout.grid(self._state.velocity), 0, -1)
-
-    def write_positions(self, out: Array) -> None:
-        """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
-        out[...] = np.moveaxis(self._grid_layout.grid(self._state.position), 0, -1)
-        out += self._state.origin
+    def inputs(self) -> Inputs:
+        """Commands for the next advance: the wind, and the waypoints of colliders."""
+        return Inputs(self._wind, dict(self._waypoints))
 
     @property
-    def wind(self) -> tuple[float, float, float]:
-        """Commanded velocity of the air, m/s; gusts come on top.  Assign to command it."""
-        x, y, z = self._wind.tolist()
-        return (x, y, z)
+    def wind(self) -> Vector:
+        """Commanded velocity of the air, m/s; gusts are added to it.  Assign to command it."""
+        return self._wind
 
     @wind.setter
     def wind(self, velocity: Sequence[float]) -> None:
-        self._wind = checked_vector('wind', velocity, 'wind.velocity')
+        x, y, z = checked_vector('wind', velocity, 'wind.velocity').tolist()
+        self._wind = (x, y, z)
 
     @property
-    def air_velocity(self) -> tuple[float, float, float]:
+    def air_velocity(self) -> Vector:
         """Velocity of the air now, gusts included, m/s."""
-        x, y, z = (self._wind + self._gust()).tolist()
-        return (x, y, z)
+        return self._simulation.air_velocity(self._wind)
 
-    @property
-    def sphere_position(self) -> tuple[float, float, float]:
-        """Centre of the sphere now, m."""
-        x, y, z = self._sphere.centre.tolist()
-        return (x, y, z)
-
-    @property
-    def sphere_radius(self) -> float:
-        """Radius of the sphere now, m: one that has appeared in the sheet grows to its own."""
-        return 0.0 if self._contact is None else self._contact.radius
-
-    def move_sphere(self, position: Sequence[float]) -> None:
+    def move_collider(self, name: str, position: Sequence[float]) -> None:
         """
-        Sweep the sphere to `position`, m, which it reaches at the end of the next advance.
+        Move a collider to `position`, m, which it reaches at the end of the next advance.
 
-        Positions given one after the other before that are passed in their order.
+        Positions given one after the other before that are passed in their order, the last 64.
 
         Raises
         ------
         ValueError
-            The position is not finite or too far away, or the scene has no sphere.
+            The position is not finite or too far away, or there is no such collider.
 
         """
-        if self._contact is None:
+        colliders = self.colliders
+        if name not in colliders:
+            known = ', '.join(colliders) or 'none'
+            raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
+        target = colliders[name].checked_target(position, self._simulation.state.origin)
+        self._waypoints[name] = (*self._waypoints.get(name, ())[1 - MAX_WAYPOINTS :], target)
+
+    def move_sphere(self, position: Sequence[float]) -> None:
+        """Move the sphere; see `move_collider`."""
+        if SphereCollider.name not in self.colliders:
             raise invalid_value_error(
                 'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
             )
-        self._sphere.command(position, self._scene.sphere.radius, self._state.origin)
+        self.move_collider(SphereCollider.name, position)
+
+    # State
 
     @property
-    def sphere_waypoints(self) -> list[Array]:
-        """Positions commanded since the last advance, m, passed in the next; assign to set."""
-        return list(self._sphere.waypoints)
+    def scene(self) -> Scene:
+        """Parameters of the cloth."""
+        return self._simulation.scene
 
-    @sphere_waypoints.setter
-    def sphere_waypoints(self, waypoints: Sequence[Sequence[float]] | Sequence[Array]) -> None:
-        self._sphere.waypoints = [
-            checked_vector('a waypoint', list(point), 'sphere.position') for point in waypoints
-        ]
+    @property
+    def time(self) -> float:
+        """Simulated time since the start or the last reset, s."""
+        return self._simulation.time
+
+    @property
+    def positions(self) -> Array:
+        """Positions, m, shape (rows, columns, 3), a read-only copy; assign to set them."""
+        return to_grid_copy(self._simulation.state.world_positions)
+
+    @positions.setter
+    def positions(self, value: Array) -> None:
+        state = self._simulation.state
+        state.world_positions = state.grid.checked('positions', value)
+        self._simulation.accept_assigned_state(moved=True)
+
+    @property
+    def velocities(self) -> Array:
+        """Velocities, m/s, shape (rows, columns, 3), a read-only copy; assign to set them."""
+        return to_grid_copy(self._simulation.state.velocities)
+
+    @velocities.setter
+    def velocities(self, value: Array) -> None:
+        state = self._simulation.state
+        state.velocities = state.grid.checked('velocities', value)
+        self._simulation.accept_assigned_state(moved=False)
+
+    def write_particles(self, out: Array) -> None:
+        """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
+        state = self._simulation.state
+        out[..., :3] = np.moveaxis(state.world_positions, 0, -1)
+        out[..., 3:] = np.moveaxis(state.grid.interior(state.velocity), 0, -1)
+
+    def write_positions(self, out: Array) -> None:
+        """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
+        state = self._simulation.state
+        out[...] = np.moveaxis(state.grid.interior(state.position), 0, -1)
+        out += state.origin
+
+    @property
+    def colliders(self) -> Mapping[str, Collider]:
+        """Colliders of the scene by name, for reading; `move_collider` moves them."""
+        interactions = self._simulation.interactions
+        return {each.name: each for each in interactions if isinstance(each, Collider)}
+
+    @property
+    def sphere_position(self) -> Vector:
+        """Centre of the sphere now, m; `sphere.position` of the scene if it has none."""
+        sphere = self._sphere
+        return self.scene.sphere.position if sphere is None else sphere.position
+
+    @property
+    def sphere_radius(self) -> float:
+        """Radius of the sphere now, m: one that was placed inside the sheet grows to its own."""
+        return 0.0 if self._sphere is None else self._sphere.radius
 
     @property
     def sphere_depth(self) -> float:
         """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
-        return 0.0 if self._contact is None else self._contact.max_penetration
+        return 0.0 if self._sphere is None else self._sphere.max_penetration
+
+    @property
+    def _sphere(self) -> SphereCollider | None:
+        sphere = self.colliders.get(SphereCollider.name)
+        return sphere if isinstance(sphere, SphereCollider) else None
+
+    def contact_possible(self, seconds: float) -> bool:
+        """Return False if no collider can reach the sheet within `seconds` of the next advance."""
+        state, inputs = self._simulation.state, self.inputs
+        return any(
+            each.contact_possible(state, seconds, inputs) for each in self.colliders.values()
+        )
+
+    # Energy and accuracy
 
     def energy(self) -> float:
         """Return kinetic, elastic and gravitational energy together, J."""
@@ -202,8 +329,53 @@ class Cloth(Simulation):
 
     def energy_by_kind(self) -> Energy:
         """Return the energy by kind, J; gravitational energy is zero at the world's origin."""
-        return energy(self._state.world, self._state.speeds, self._scene)
+        state = self._simulation.state
+        return energy(state.world_positions, state.velocities, self.scene)
 
     def largest_strain(self) -> float:
         """Return the largest relative change of length of any spring."""
-        return largest_strain(self._state.world, self._scene)
+        return largest_strain(self._simulation.state.world_positions, self.scene)
+
+    @property
+    def work(self) -> float:
+        """
+        Most work, J, that air and colliders can have done since the start or the last reset.
+
+        The energy of the cloth never exceeds what it had and this work, but for a tolerance.
+        """
+        return self._simulation.work
+
+    @property
+    def rollbacks(self) -> RollbackCounts:
+        """Batches of substeps that were repeated since this cloth was made."""
+        return self._rollbacks
+
+    @property
+    def substep(self) -> float:
+        """Length of the substeps, s; a whole number of them makes a tick of the scene's rate."""
+        return self._simulation.step_control.substep
+
+    @property
+    def substeps(self) -> int:
+        """Number of substeps of the last advance, those of repeated batches included."""
+        return self._simulation.substeps
+
+    @property
+    def stability_limit(self) -> float:
+        """Longest stable substep, s, in every state of the cloth; inf without springs."""
+        return stability_limit(self.scene)
+
+    # Compilation
+
+    def warm_up(self) -> Iterator[str]:
+        """Compile the kernels that the scene needs; yield the name of each set before it."""
+        yield 'motion'
+        self._simulation.warm_up()
+        if self._simulation.interactions:
+            yield 'contact'
+            for each in self._simulation.interactions:
+                each.warm_up(self._simulation.state.dtype)
+
+    def time_substep(self) -> float:
+        """Return the wall-clock time of a substep without contact, s; compiles if needed."""
+        return self._simulation.time_substep()

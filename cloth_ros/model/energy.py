@@ -8,7 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..scene import Scene
-from .forces.springs import spring_ends, spring_families
+from .forces.springs import (
+    SPRING_TYPES,
+    STENCIL,
+    rest_length,
+    spring_ends,
+    spring_families,
+    stencil_offset,
+)
 from .grid import GHOST_DISTANCE_SQUARED, Array
 from .kernels.jit import Kernel, inlined, kernel
 from .state import State
@@ -28,7 +35,7 @@ class Energy(NamedTuple):
 
     @property
     def motion(self) -> float:
-        """Kinetic and elastic energy, J: what turns into one another in a swing."""
+        """Kinetic and elastic energy, J, which convert into one another in a swing."""
         return self.kinetic + self.elastic
 
 
@@ -78,26 +85,35 @@ def largest_strain(positions: Array, scene: Scene) -> float:
 
 
 @inlined
-def _stretch_squared(position, i, j, rest, ghost):  # type: ignore[no-untyped-def]
+def _elongation_squared(position, i, j, rest, ghost):  # type: ignore[no-untyped-def]
     """Return (length − rest length)² of the spring from i to j, m²; 0 if one is a ghost."""
     x = position[0, j] - position[0, i]
     y = position[1, j] - position[1, i]
     z = position[2, j] - position[2, i]
     squared = x * x + y * y + z * z
-    stretch = np.sqrt(squared) - rest
+    elongation = np.sqrt(squared) - rest
     if squared > ghost:
-        stretch = rest - rest
-    return stretch * stretch
+        elongation = rest - rest
+    return elongation * elongation
+
+
+@inlined
+def _of_type(position, i, row, n, rest, ghost):  # type: ignore[no-untyped-def]
+    """Return the sum of squared elongations of springs 2 n and 2 n + 1 of the stencil."""
+    first, second = i + stencil_offset(2 * n, row), i + stencil_offset(2 * n + 1, row)
+    return _elongation_squared(position, i, first, rest[2 * n], ghost) + _elongation_squared(
+        position, i, second, rest[2 * n + 1], ghost
+    )
 
 
 @functools.cache
 def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
-    """Compose the kernel that sums what there is."""
+    """Compile the kernel for the types of springs that a scene has."""
 
     @kernel
     def sums(position, velocity, begin, stride, rows, columns, k, rest, ghost, out):  # type: ignore[no-untyped-def]
-        # Row by row, in the precision of the state, and the rows in double precision.
-        row, one = np.uint64(stride), np.uint64(1)
+        # Each row in the precision of the state, the sum of rows in double precision.
+        row = np.uint64(stride)
         for n in range(rows):
             first = np.uint64(begin + n * stride)
             last = first + np.uint64(columns)
@@ -107,17 +123,11 @@ def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
                 squares += u * u + v * v + w * w
                 x, y, z = x + position[0, i], y + position[1, i], z + position[2, i]
                 if structural:
-                    across = _stretch_squared(position, i, i + one, rest[0], ghost)
-                    down = _stretch_squared(position, i, i + row, rest[1], ghost)
-                    elastic += k[0] * (across + down)
+                    elastic += k[0] * _of_type(position, i, row, 0, rest, ghost)
                 if shear:
-                    right = _stretch_squared(position, i, i + row + one, rest[2], ghost)
-                    left = _stretch_squared(position, i, i + row - one, rest[2], ghost)
-                    elastic += k[1] * (right + left)
+                    elastic += k[1] * _of_type(position, i, row, 1, rest, ghost)
                 if bending:
-                    across = _stretch_squared(position, i, i + one + one, rest[3], ghost)
-                    down = _stretch_squared(position, i, i + row + row, rest[4], ghost)
-                    elastic += k[2] * (across + down)
+                    elastic += k[2] * _of_type(position, i, row, 2, rest, ghost)
             out[0] += squares
             out[1] += elastic
             out[2] += x
@@ -129,7 +139,7 @@ def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
 
 class EnergyMeter:
     """
-    Measures the energy of a state in about the time of a substep, to the state's precision.
+    Measure the energy of a state in about the time of a substep, to the state's precision.
 
     Parameters
     ----------
@@ -143,26 +153,25 @@ class EnergyMeter:
     def __init__(self, scene: Scene, dtype: type) -> None:
         springs, sheet = scene.springs, scene.sheet
         present = {family.name for family in spring_families(scene)}
-        dx, dy = sheet.spacing
         self._mass, self._gravity = sheet.particle_mass, np.array(scene.gravity)
         self._particles = sheet.rows * sheet.columns
-        self._kernel = _compose(*(name in present for name in ('structural', 'shear', 'bending')))
-        self._stiffness = tuple(
-            dtype(k) for k in (springs.structural, springs.shear, springs.bending)
+        self._kernel = _compose(*(name in present for name in SPRING_TYPES))
+        self._stiffness = tuple(dtype(getattr(springs, name)) for name in SPRING_TYPES)
+        self._rest = tuple(
+            dtype(rest_length(scene, rows, columns)) for _, rows, columns in STENCIL
         )
-        self._rest = tuple(dtype(r) for r in (dx, dy, np.hypot(dx, dy), 2 * dx, 2 * dy))
         self._ghost = dtype(GHOST_DISTANCE_SQUARED)
 
     def measure(self, state: State) -> Energy:
         """Return the energy of a state."""
-        lattice, sums = state.lattice, np.zeros(5)
+        grid, sums = state.grid, np.zeros(5)
         self._kernel(
             state.position,
             state.velocity,
-            lattice.begin,
-            lattice.stride,
-            lattice.rows,
-            lattice.columns,
+            grid.begin,
+            grid.stride,
+            grid.rows,
+            grid.columns,
             self._stiffness,
             self._rest,
             self._ghost,

@@ -1,18 +1,18 @@
 """
-The memory layout of a sheet: flat arrays with a ring of ghost particles.
+Memory layout of a sheet: flat arrays of its particles with a ring of ghost particles.
 
 A field of the sheet (positions, velocities, …) is one C-contiguous array of shape
-(3, size), one row per coordinate.  Particle (row, column) stands at the flat index
+(3, size), one row per coordinate.  Particle (row, column) has the flat index
 ``begin + row * stride + column``, and ``stride`` is ``columns + 2``: the two ghosts behind each
 row serve as the right neighbours of that row and as the left neighbours of the next.  Two rows
-of ghosts lie above the sheet and two below.  So every neighbour that a spring can reach is a
-constant offset away, a kernel is one flat loop without a branch, and the compiler vectorises it.
+of ghosts precede the sheet and two follow it.  So every neighbour that a spring can reach is at a
+constant offset, a kernel is one flat loop without a branch, and the compiler vectorises it.
 
-A few more ghosts at the end fill the last vector: what a loop does one by one for the rest of its
-particles is rounded differently, and the two ends of a spring would not feel the same force.
+More ghosts at the end fill the last vector: the scalar remainder of a vectorised loop rounds
+differently, and the two ends of a spring would not feel the same force.
 
-Ghosts stand `GHOST` away from everything, so that a kernel tells their springs by the distance;
-they are never moved, for nothing accelerates them.
+Ghosts are `GHOST` away from everything, so that a kernel masks their springs by the distance.
+They never move, because nothing accelerates them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Array = NDArray[Any]
 GHOST = 1e18
 # Squared distance, m², beyond which a neighbour is a ghost.
 GHOST_DISTANCE_SQUARED = 1e30
-# Particles that the compiler may take at once: vectors of 16, four in a row.
+# Particles in one iteration of an unrolled vector loop: vectors of 16, four at a time.
 _UNROLLED = 64
 # Largest coordinate, m or m/s, that is taken from outside.
 _LARGEST = 1e9
@@ -40,7 +40,7 @@ _LARGEST = 1e9
 
 @dataclass(frozen=True)
 class Grid:
-    """Where the particles of a sheet of `rows` × `columns` stand in the flat arrays."""
+    """Flat indices of the particles of a sheet of `rows` × `columns`."""
 
     rows: int
     columns: int
@@ -57,7 +57,7 @@ class Grid:
 
     @property
     def end(self) -> int:
-        """Flat index behind the last particle, and behind ghosts that fill its vector."""
+        """Flat index after the last particle and the ghosts that fill its vector."""
         count = self.rows * self.stride - 2
         return self.begin + -(-count // _UNROLLED) * _UNROLLED
 
@@ -70,10 +70,10 @@ class Grid:
         """Return a new flat array, shape (components, size), filled with `fill`."""
         return np.full((components, self.size), fill, dtype)
 
-    def grid(self, flat: Array) -> Array:
-        """Return the view of the particles in a flat array, shape (..., rows, columns)."""
+    def interior(self, flat: Array) -> Array:
+        """Return the view of the particles of a flat array, shape (..., rows, columns)."""
         shape = (*flat.shape[:-1], self.rows + 4, self.stride)
-        # To part an axis makes a view, not a copy.
+        # Splitting an axis makes a view, not a copy.
         return flat[..., :-_UNROLLED].reshape(shape)[..., 2:-2, : self.columns]
 
     def checked(self, name: str, value: Array) -> Array:
@@ -114,9 +114,9 @@ class Grid:
 
 
 def to_grid_copy(array: Array) -> Array:
-    """Return a copy, shape (rows, columns, 3), of a field of shape (3, rows, columns)."""
+    """Return a read-only copy, shape (rows, columns, 3), of a field (3, rows, columns)."""
     copy: Array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
-    copy.flags.writeable = False  # writing to it would be lost without a word
+    copy.flags.writeable = False  # a write to the copy would have no effect
     return copy
 
 

@@ -1,166 +1,190 @@
 """
-A simulation: the state of a scene, carried through time.
+Advance a cloth in time: batches of substeps, each accepted or rolled back.
 
-An advance is cut where the air changes, and then into stretches of substeps, after each of which
-the `guard` looks at the energy.  A stretch is given to the integration method in blocks, before
-each of which the speed of the cloth is looked at, and between whose substeps the sphere acts where
-it is near.
+An advance is cut where the air velocity changes, and then into batches of substeps, after each of
+which the energy monitor accepts the state or has the batch repeated.  Step control divides a batch
+further where the cloth is fast.  Interactions, such as colliders, act after each drift as long as
+they may touch the sheet.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import ParameterSpec, checked_number, convert, invalid_value_error
-from . import memory
-from .contact import sphere_collider
-from .contact.kinematic_path import CommandedMotion
-from .contact.sphere_collider import Placing, SphereCollider
+from ..scene.parameter import checked_number
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
-from .grid import Array, Grid
+from .grid import Grid
+from .inputs import Inputs, Vector
 from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
-from .integrators.integrator import KickDriftIntegrator, SubstepBatch
+from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
+from .interaction import build_interactions
+from .snapshot import Snapshot
+from .stability import rate_bounds
 from .state import State, max_speed
-from .time_step import (
-    CHECK_INTERVAL,
-    ROUNDING,
-    dissipation_interval,
-    integrator_for,
-    precision_for,
-    substep_division,
-    substep_length,
-)
+from .step_control import StepControl
+from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for, precision_for
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
-_LONGEST = 1e6  # s, of one advance
-_FINER = ParameterSpec('divides every substep', low=1, high=1000)
-_TIMED = CHECK_INTERVAL  # substeps to tell their cost from
-# Share by which substeps may differ and be made alike: times are rounded, and each other length
-# would have its own tables.
-_ALIKE = 1e-8
+_MAX_SECONDS = 1e6  # of one advance
+# Substeps whose cost is measured.
+_TIMED = CHECK_INTERVAL
+# Relative difference of two substep lengths that are made equal: times are rounded, and each
+# other length would need tables of its own.
+_EQUAL = 1e-8
+
+Steps = Callable[[SubstepBatch], tuple[Step, ...]]
 
 
-def require_scene(scene: object) -> None:
-    """Raise ValueError for what is no scene."""
-    if not isinstance(scene, Scene):
-        raise invalid_value_error(
-            'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
-        )
+class SubstepObserver(Protocol):
+    """Receives every substep of a simulation; contact is then resolved after each drift."""
+
+    def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
+        """Receive the state after a kick and a drift, before contact."""
+        ...
+
+    def after_contact(self, state: State, step: Step) -> None:
+        """Receive the state after contact."""
+        ...
 
 
 class Simulation:
     """
-    What advances; its parameters are those of a `Cloth`.
+    State of a scene, and what advances it.
+
+    Parameters
+    ----------
+    scene
+        Parameters, which `check_scene` has accepted.
+    step_control
+        Lengths of substeps.
+    energy_monitor
+        Accepts or rejects batches; None: all are accepted.
+    observer
+        Receives every substep; None: nothing does.
+    rollbacks
+        Where repeated batches are counted.
 
     Attributes
     ----------
-    guarded
-        True to look at the energy after each stretch, and to repeat what was no good; a study of
-        how a method fails must do without.
+    state, time
+        Particles, and simulated time, s.
+    interactions
+        What acts on the particles between substeps.
+    substeps
+        Number of substeps of the last advance.
+    work
+        Most work, J, that air and interactions can have done since the start or the last reset.
 
     """
 
-    monitored = True
-
-    def __init__(self, scene: Scene, *, finer: int = 1) -> None:
-        require_scene(scene)
-        memory.check(scene, memory.of_cloth(scene))
-        self._finer: int = convert('finer', finer, 1, _FINER)
-        self._look = (
-            CHECK_INTERVAL if self._finer == 1 else 1
-        )  # twins run in pauses, which are short
-        self._grid_layout = Grid(scene.sheet.rows, scene.sheet.columns)
-        self._state = State(self._grid_layout, _DTYPES[precision_for(scene)])
-        self._wind = np.zeros(3)
-        self._air = np.zeros(3)
-        self._contact: SphereCollider | None = None
-        self._rollbacks = RollbackCounts()
-        self._time = 0.0
-        self._substeps = 0
-        self._done = 0.0
-        self._sphere = CommandedMotion(scene.sphere.position)
-        self._build(scene)
-
-    def _build(self, scene: Scene) -> None:
-        """Make what a scene requires, around the present state."""
-        self._scene = scene
+    def __init__(
+        self,
+        scene: Scene,
+        step_control: StepControl,
+        energy_monitor: Callable[[Scene, type], EnergyMonitor] | None,
+        observer: SubstepObserver | None,
+        rollbacks: RollbackCounts,
+    ) -> None:
         dtype = _DTYPES[precision_for(scene)]
-        if self._state.dtype is not dtype:
-            former, self._state = self._state, State(self._grid_layout, dtype)
-            self._state.copy_from(former)
+        self.scene, self.step_control, self.rollbacks = scene, step_control, rollbacks
+        self.grid = Grid(scene.sheet.rows, scene.sheet.columns)
+        self.state = State(self.grid, dtype)
         pinned = scene.pinned()
         self._pinned = bool(pinned.any())
-        self._state.pin(pinned)
+        self.state.pin(pinned)
+        self.time = self.work = 0.0
+        self.substeps = 0
+        self.interactions = build_interactions(scene, self.grid)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
-        before, self._contact = self._contact, None
-        if scene.sphere.radius > 0:
-            centre, gravity = self._sphere.centre, np.array(scene.gravity)
-            self._contact = SphereCollider(scene.sphere, self._grid_layout, centre, gravity)
-            if before is not None:
-                self._contact.go_on_from(before)
-        else:
-            self._sphere.waypoints = []
-        self._kick_drift = KickDrift(scene, self._grid_layout, self._air, dtype)
-        self._method = integrator_for(scene)(self._kick_drift)
-        self._substep = substep_length(scene)
-        self._stability_limit = scene.stability_limit()
-        self._elastic, self._viscous = scene.rate_bounds()
-        self._energy_monitor = EnergyMonitor(scene, dtype, self._rollbacks)
+        self._air_velocity: Vector = (0.0, 0.0, 0.0)
+        self._kick_drift = KickDrift(scene, self.grid, dtype)
+        self._integrator: type[Integrator] = integrator_for(scene)
+        self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
+        self._observer = observer
+        self._batch_start: Snapshot | None = None
 
-    @property
-    def scene(self) -> Scene:
-        """The scene that is simulated."""
-        return self._scene
+    # State
 
-    @property
-    def time(self) -> float:
-        """Simulated time since the start or the last reset, s."""
-        return self._time
+    def snapshot(self, inputs: Inputs) -> Snapshot:
+        """Return an immutable copy of everything that later results depend on."""
+        state = self.state
+        return Snapshot(
+            scene=self.scene,
+            grid=self.grid,
+            origin=state.origin,
+            position=state.position.copy(),
+            velocity=state.velocity.copy(),
+            time=self.time,
+            work=self.work,
+            interactions={each.name: each.snapshot() for each in self.interactions},
+            account=None if self._monitor is None else self._monitor.account(),
+            inputs=inputs,
+        )
 
-    @property
-    def stability_limit(self) -> float:
-        """Longest stable substep, s, for every state of the cloth; inf without springs."""
-        return self._stability_limit
-
-    @property
-    def substep(self) -> float:
-        """Length of the substeps, s; a whole number of them makes a tick of the scene's rate."""
-        return self._substep
-
-    @property
-    def substeps(self) -> int:
-        """Number of substeps of the last advance, those of violent motion included."""
-        return self._substeps
-
-    @property
-    def work(self) -> float:
+    def restore(self, snapshot: Snapshot) -> None:
         """
-        Most work, J, that air and sphere can have done since the start or the last reset.
+        Return to a snapshot of this scene to the bit, or convert one of another scene.
 
-        The energy of the cloth is never more than what it had, and this, but for a tolerance.
+        The precision and the grid may differ; another grid is interpolated linearly.
         """
-        return self._done
+        resample = snapshot.grid != self.grid
+        if resample:
+            snapshot = snapshot.resampled(self.scene)
+        exact = snapshot.scene == self.scene and snapshot.position.dtype == self.state.dtype
+        self._restore_motion(snapshot, exact=exact and not resample)
+        self.work, self.substeps = snapshot.work, 0
+        for each in self.interactions:
+            if resample or each.name not in snapshot.interactions:
+                each.respawn(self.state)
+        self.state.velocity *= self.state.free
+        if self._monitor is not None:
+            self._monitor.restore(snapshot.account if exact and not resample else None)
 
-    @property
-    def rollbacks(self) -> RollbackCounts:
-        """What the guard has had to repeat since the cloth was made, see `guard`."""
-        return self._rollbacks
+    def _restore_motion(self, snapshot: Snapshot, *, exact: bool = True) -> None:
+        """Return to the motion of a snapshot, without its energy account."""
+        self.state.origin = snapshot.origin
+        self.state.position[...] = snapshot.position
+        self.state.velocity[...] = snapshot.velocity
+        self.time = snapshot.time
+        self._take_work()
+        for each in self.interactions:
+            if each.name in snapshot.interactions:
+                each.restore(snapshot.interactions[each.name], self.state, exact=exact)
 
-    def advance(self, seconds: float) -> None:
+    def accept_assigned_state(self, *, moved: bool) -> None:
+        """Continue from a state whose velocities, and if `moved` positions, were assigned."""
+        if self._monitor is not None:
+            self._monitor.reset()
+        self._take_work()
+        for each in self.interactions:
+            if moved:
+                each.respawn(self.state)
+            else:
+                each.invalidate()
+
+    # Advance
+
+    def air_velocity(self, wind: Vector) -> Vector:
+        """Return the velocity of the air now, m/s: wind and gusts."""
+        if self._gusts is None:
+            return wind
+        x, y, z = (np.array(wind) + self._gusts.velocity(self.time)).tolist()
+        return (x, y, z)
+
+    def advance_stepwise(self, seconds: float, inputs: Inputs) -> Iterator[None]:
         """
-        Simulate the next `seconds`, in equal substeps no longer than `substep`.
-
-        Fast motion divides them further, see `substeps.refinement`, and so does the guard where
-        energy came from nowhere.
+        Advance, and pause after each batch; see `Cloth.advance_stepwise`.
 
         Raises
         ------
@@ -168,218 +192,181 @@ class Simulation:
             `seconds` is negative, not finite, or more than a million.
 
         """
-        for _ in self.advance_stepwise(seconds):
-            pass
+        return self._advance(checked_number('seconds', seconds, 0.0, _MAX_SECONDS, 's'), inputs)
 
-    def advance_stepwise(self, seconds: float) -> Iterator[None]:
-        """
-        Advance as `advance` does, but pause after each substep for whoever iterates.
-
-        The cloth must be left alone until the iteration is over or closed; positions and
-        velocities do not belong to one time before.  Closed half-way, it ends with the last
-        stretch of substeps that was whole.
-        """
-        return self._march(checked_number('seconds', seconds, 0.0, _LONGEST, 's'))
-
-    def _march(self, seconds: float) -> Iterator[None]:
-        if self._time + seconds == self._time:  # nothing, or less than what time resolves
+    def _advance(self, seconds: float, inputs: Inputs) -> Iterator[None]:
+        if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
-        if self._contact is not None:
-            if self._sphere.jump(seconds):
-                self._respawn()
-            self._contact.place(self._sphere.centre)
-            self._sphere.begin(self._time, seconds)
-        self._substeps = 0
-        try:
-            yield from self._stretches(seconds)
-        except BaseException:  # given up half-way: so is the path of the sphere
-            if self._contact is not None:
-                self._sphere.centre = self._contact.centre
-            raise
-        if self._contact is not None:
-            self._sphere.end()
-
-    def _stretches(self, seconds: float) -> Iterator[None]:
-        """Simulate stretch after stretch, cut where the air changes."""
-        end = self._time + seconds
-        while self._time < end:
-            begin, change = self._time, end
-            self._air[:] = self._wind
+        for each in self.interactions:
+            each.begin_advance(self.state, self.time, seconds, inputs)
+        self.substeps = 0
+        end = self.time + seconds
+        while self.time < end:
+            begin, change = self.time, end
+            self._air_velocity = inputs.wind
             if self._gusts is not None:
                 change = min(end, self._gusts.next_change(begin))
-                self._air += self._gusts.velocity(0.5 * (begin + change))
-            count = max(math.ceil((change - begin) / self.substep - ROUNDING), 1)
+                gust = self._gusts.velocity(0.5 * (begin + change))
+                x, y, z = (np.array(inputs.wind) + gust).tolist()
+                self._air_velocity = (x, y, z)
+            substep = self.step_control.substep
+            count = max(math.ceil((change - begin) / substep - ROUNDING), 1)
             h = (change - begin) / count
-            if abs(h - self.substep) <= _ALIKE * self.substep:
-                h = self.substep
+            if abs(h - substep) <= _EQUAL * substep:
+                h = substep
             for first in range(0, count, BATCH):
-                yield from self._stretch(min(BATCH, count - first), h)
-            self._time = change
+                yield from self._batch(min(BATCH, count - first), h)
+            self.time = change
+        for each in self.interactions:
+            each.end_advance()
 
-    def _stretch(self, count: int, h: float) -> Iterator[None]:
-        """Make so many substeps, and again in the ways of `guard` if they were no good."""
-        if not self.monitored:
-            yield from self._run(self._method, count, h, 1)
+    def _batch(self, count: int, h: float) -> Iterator[None]:
+        """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
+        monitor, steps = self._monitor, self._integrator.steps
+        if monitor is None:
+            yield from self._run(self._kick_drift, steps, count, h, 1)
             return
-        guard, method = self._energy_monitor, self._method
-        guard.open(self._state)
-        self._begin = self._mark()
+        monitor.begin_batch(self.state)
+        self._save_batch_start()
         for division in DIVISIONS:
-            if division < guard.division:
+            if division < monitor.division:
                 continue
-            if division > guard.division:
-                self._go_back()
-                guard.divide(division)
-            yield from self._run(method, count, h, division)
-            touched = self._contact is not None and self._contact.touched
+            if division > monitor.division:
+                self._roll_back()
+                monitor.refine(division)
+                self.rollbacks.refined += 1
+            yield from self._run(self._kick_drift, steps, count, h, division)
+            touched = any(each.touched for each in self.interactions)
             work = self._take_work()
-            if self._accept(work, touched=touched):
+            if self._accept(monitor, work, touched=touched):
                 return
-        if guard.limit(self._state, work) and self._accept(work):
+        if monitor.rescale_velocities(self.state, work):
+            self.rollbacks.limited += 1
+            if self._accept(monitor, work):
+                return
+        self._roll_back()
+        self.rollbacks.damped += 1
+        yield from self._run(self._damped(h), DampedEuler.steps, count, h, DAMPED_DIVISION)
+        if self._accept(monitor, self._take_work()):
             return
-        self._go_back()
-        guard.rollbacks.damped += 1
-        yield from self._run(self._damped(h), count, h, DAMPED_DIVISION)
-        if self._accept(self._take_work()):
-            return
-        self._go_back()
-        guard.rollbacks.held += 1
-        self._state.velocity[...] = 0
-        self._moved(count * h)
+        self._roll_back()
+        self.rollbacks.held += 1
+        self.state.velocity[...] = 0
+        self._after_drift(count * h)
         self._take_work()
-        if not self._accept(math.inf):  # not even contact alone, from rest
-            self._go_back()
-            self._state.velocity[...] = 0
-            self._time += count * h
-            self._accept(math.inf)
+        if not self._accept(monitor, math.inf):  # not even contact alone, from rest
+            self._roll_back()
+            self.state.velocity[...] = 0
+            self.time += count * h
+            self._accept(monitor, math.inf)
 
-    def _accept(self, work: float, *, touched: bool = False) -> bool:
-        """Take the state for good if the guard does."""
-        accepted = self._energy_monitor.accepts(self._state, work, touched=touched)
+    def _accept(self, monitor: EnergyMonitor, work: float, *, touched: bool = False) -> bool:
+        accepted = monitor.accepts(self.state, work, touched=touched)
         if accepted:
-            self._done += self._energy_monitor.work
+            self.work += monitor.work
         return accepted
 
+    def _save_batch_start(self) -> None:
+        """Keep the state to which a rejected batch is rolled back, in the same arrays again."""
+        inputs = Inputs()  # those of the advance in progress hold
+        before = self._batch_start
+        if before is None:
+            self._batch_start = self.snapshot(inputs)
+            return
+        before.position[...], before.velocity[...] = self.state.position, self.state.velocity
+        interactions = {each.name: each.snapshot() for each in self.interactions}
+        self._batch_start = replace(
+            before, origin=self.state.origin, time=self.time, interactions=interactions
+        )
+
+    def _roll_back(self) -> None:
+        assert self._batch_start is not None
+        self._restore_motion(self._batch_start)
+
+    def _take_work(self) -> float:
+        """Return the work of air and interactions since the last call, J; inf: unknown."""
+        return self._kick_drift.take_work() + sum(each.take_work() for each in self.interactions)
+
     def _run(
-        self, method: Integrator | KickDriftIntegrator, count: int, h: float, division: int
+        self, kick_drift: KickDrift, steps: Steps, count: int, h: float, division: int
     ) -> Iterator[None]:
-        blocks = self._blocks(count, h, division)
+        """Make so many substeps, and pause after each batch of step control."""
+        control = self.step_control
+        airspeed = float(np.linalg.norm(self._air_velocity))
         try:
-            yield from method.run(self._state, blocks, self._moved, self._watched)
-        except BaseException:  # Ctrl-C, or whoever iterates has closed: within a substep
-            if self.monitored and self._energy_monitor.has_state:
-                self._go_back()
+            for first in range(0, count, control.check_interval):
+                # With a pin the sheet cannot move away, and the pin must not move by one bit.
+                if not self._pinned:
+                    self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
+                part = min(control.check_interval, count - first)
+                for batch in control.batches(self.state, part, h, division, airspeed):
+                    self.substeps += batch.substeps
+                    self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
+                    yield
+        except BaseException:  # an interrupt, or the caller closes this iteration within a batch
+            if self._monitor is not None and self._batch_start is not None:
+                self._roll_back()
             raise
 
-    def _damped(self, h: float) -> KickDriftIntegrator:
+    def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
+        """Make kicks and drifts that last for `seconds`, with interactions where they may act."""
+        state, air_velocity, observer = self.state, self._air_velocity, self._observer
+        # All of them: each counts down its own clearance.
+        near = [each for each in self.interactions if each.may_act(state, seconds)]
+        if observer is not None:
+            for step in steps:
+                kick_drift.apply(state, (step,), air_velocity)
+                observer.after_drift(state, step, air_velocity)
+                self._after_drift(step.drift)
+                observer.after_contact(state, step)
+        elif near:
+            for step in steps:
+                kick_drift.apply(state, (step,), air_velocity)
+                self._after_drift(step.drift)
+        else:
+            kick_drift.apply(state, steps, air_velocity)
+            self._after_drift(seconds)
+
+    def _after_drift(self, h: float) -> None:
+        """Let the interactions act on a state that has drifted for `h` s."""
+        for each in self.interactions:
+            each.act(self.state, self.time, h)
+        self.time += h
+
+    def _damped(self, h: float) -> KickDrift:
         """
-        Return the method whose energy cannot grow, for substeps of `h` s before division.
+        Return the kicks of the integrator whose energy cannot grow, for substeps of `h` s.
 
         What divides them further, by n, leaves enough drag: (1 − q)^(1/n) ≤ 1 − q/n².
         """
-        drag = DampedEuler.drag(h / (DAMPED_DIVISION * self._finer), self._elastic)
-        dtype, scene = self._state.dtype, self._scene
-        return DampedEuler(KickDrift(scene, self._grid_layout, self._air, dtype, more_drag=drag))
+        elastic, _ = rate_bounds(self.scene)
+        drag = DampedEuler.drag(h / (DAMPED_DIVISION * self.step_control.division), elastic)
+        return KickDrift(self.scene, self.grid, self.state.dtype, extra_drag=drag)
 
-    def _respawn(self) -> None:
-        """Have the sphere be where it is told to, as large as the sheet leaves room for."""
-        if self._contact is not None:
-            self._contact.centre = self._sphere.centre
-            self._contact.respawn()
-            self._contact.shrink_to_fit(self._state)
+    # Compilation
 
-    def _mark(self) -> tuple[float, Placing | None]:
-        """Return the time, and where and how large the sphere is."""
-        return self._time, None if self._contact is None else self._contact.placing
-
-    def _go_back(self) -> None:
-        """Return to the last good state, and to what was marked with it."""
-        self._energy_monitor.go_back(self._state)
-        self._take_work()
-        self._time, placing = self._begin
-        if self._contact is not None and placing is not None:
-            self._contact.go_back(placing)
-
-    def _take_work(self) -> float:
-        """Return the work of air and sphere since the last call, J; inf: any."""
-        work = self._kick_drift.take_work()
-        if self._contact is not None:
-            work += self._scene.sheet.particle_mass * self._contact.take_work()
-        return work
-
-    def _watched(self, block: SubstepBatch) -> bool:
-        """Tell if the sphere may act on the sheet between two substeps of a block."""
-        if self._contact is None:
-            return False
-        return not self._contact.is_clear(
-            self._state, block.substeps * block.h, self._sphere.speed
-        )
-
-    def _blocks(self, count: int, h: float, division: int) -> Iterator[SubstepBatch]:
-        """Yield the blocks of `count` substeps, in which the air does not change."""
-        for first in range(0, count, self._look):
-            self._follow()
-            speed = max_speed(self._state)
-            fine = division * self._finer * substep_division(self._scene, h, speed)
-            airspeed = speed + float(np.linalg.norm(self._air))
-            spacing = self._spacing(h / fine, airspeed)
-            for _ in range(fine):
-                part = min(self._look, count - first)
-                self._substeps += part
-                yield SubstepBatch(part, h / fine, spacing)
-
-    def _spacing(self, substep: float, airspeed: float) -> int:
-        """Return in how many substeps dissipation acts once."""
-        if self._state.dtype is np.float64:
-            return 1
-        return dissipation_interval(self._scene, substep, self._viscous, airspeed)
-
-    def _follow(self) -> None:
-        # With a pin the sheet cannot stray, and the pin must not move by one bit.
-        if not self._pinned:
-            self._state.follow(2 * self._scene.sheet.diagonal or 1.0)
-
-    def _moved(self, h: float) -> None:
-        """Let the sphere, on its path, act on particles that have drifted for `h` s."""
-        if self._contact is not None:
-            self._contact.velocity = self._sphere.velocity(self._time, h)
-            self._contact.resolve(self._state, h)
-        self._time += h
-
-    def _gust(self) -> Array:
-        return np.zeros(3) if self._gusts is None else self._gusts.velocity(self._time)
-
-    def _forget(self) -> None:
-        """Take the present state as it is: it was set from outside."""
-        self._energy_monitor.forget()
-        self._take_work()
-        if self._contact is not None:
-            self._contact.invalidate()
-
-    def warm_up(self) -> Iterator[str]:
-        """Compile what the scene uses, and say before each kernel what it is for."""
-        yield 'motion'
+    def warm_up(self) -> None:
+        """Compile the kernels of motion, without contact."""
         self._idle(1)
-        max_speed(self._state)
-        self._energy_monitor.open(self._state)
-        if self._contact is not None:
-            yield 'contact'
-            sphere_collider.warm_up(self._state.dtype)
+        max_speed(self.state)
+        if self._monitor is not None:
+            self._monitor.begin_batch(self.state)
 
-    def compile(self) -> float:
-        """Warm up, and return the wall-clock time of a substep without contact, s."""
-        list(self.warm_up())
+    def time_substep(self) -> float:
+        """Return the wall-clock time of a substep without contact, s."""
+        self.warm_up()
         return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
 
     def _idle(self, count: int) -> float:
-        """Make `count` substeps of no length; return the wall-clock time, s, that they took."""
-        position, velocity = self._state.position.copy(), self._state.velocity.copy()
-        spacing = self._spacing(self.substep, 0.0)
-        blocks = [SubstepBatch(count, 0.0, spacing)]
+        """Make `count` substeps of zero length; return the wall-clock time, s."""
+        position, velocity = self.state.position.copy(), self.state.velocity.copy()
+        (batch, *_) = self.step_control.batches(
+            self.state, count, self.step_control.substep, 1, 0.0
+        )
+        steps = self._integrator.steps(batch._replace(h=0.0))
         start = time.perf_counter()
-        for _ in self._method.run(self._state, blocks, lambda _: None, lambda _: False):
-            pass
+        self._kick_drift.apply(self.state, steps, self._air_velocity)
         seconds = time.perf_counter() - start
         self._kick_drift.take_work()
-        self._state.position[...], self._state.velocity[...] = position, velocity
+        self.state.position[...], self.state.velocity[...] = position, velocity
         return seconds

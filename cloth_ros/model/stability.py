@@ -1,13 +1,13 @@
 """
-The longest stable substep of explicit integration, whatever the state of the cloth.
+Bounds of stiffness and damping that hold in every state of a cloth, for the stability limit.
 
-An explicit method is stable on a mode while its stiffness λ and damping μ, both per unit mass,
-are small for the step, h ω ≤ 2 without damping (see `methods`).  The stiffness matrix of a
-spring is k (d dᵀ + s (I − d dᵀ)), with s = 1 − L/r below 1 in every state, so it never exceeds
-k I.  Therefore the largest eigenvalue of the *graph Laplacian* with the springs' stiffness as
-weights bounds λ for every state of the cloth, flat, stretched or crumpled; `tangent` has that of
-one state.  (On a flat sheet alone the step could be about 1.2 times longer.)  That a frozen state
-is stable does not keep violent motion from gaining energy: see `substeps.refinement`.
+An explicit integrator is stable on a mode while its stiffness λ and damping μ, both per unit
+mass, are small for the step, h ω ≤ 2 without damping (see `integrators`).  The stiffness matrix
+of a spring is k (d dᵀ + s (I − d dᵀ)), with s = 1 − L/r below 1 in every state, so it never
+exceeds k I.  Therefore the largest eigenvalue of the *graph Laplacian* with the springs'
+stiffness as weights bounds λ in every state of the cloth: flat, stretched or crumpled.  (On a
+flat sheet alone the step could be about 1.2 times longer.)  That a frozen state is stable does
+not keep fast motion from gaining energy: see `time_step.substep_division`.
 
 Three bounds of that eigenvalue, each at most the one before it:
 
@@ -23,63 +23,66 @@ import functools
 
 import numpy as np
 
+from ..scene import Scene
+from .forces.springs import SPRING_TYPES, STENCIL, offset_views
 from .grid import Array
 
 # Substeps stay this fraction below the limit: the bounds hold for a frozen state, and the state
 # changes from substep to substep.
 SAFETY = 0.9
 
-# Sheets with more particles than this in both directions are as good as infinite: the symbol
+# Sheets with more particles than this in both directions are taken as infinite: the symbol
 # is within 2 % there.
 _NARROW = 16
 _ITERATIONS = 200
-# Power iteration approaches from below; this much is added to what it found.
+# Power iteration approaches from below; its result is raised by this factor.
 _MARGIN = 1.02
 
+# Of structural, shear and bending springs, in the order of SPRING_TYPES.
 Weights = tuple[float, float, float]
+
+
+def _weighted_stencil(weights: Weights) -> list[tuple[float, int, int]]:
+    """Return weight, rows and columns of each spring of the stencil."""
+    return [(weights[SPRING_TYPES.index(name)], rows, columns) for name, rows, columns in STENCIL]
 
 
 def _symbol_bound(rows: int, columns: int, weights: Weights) -> float:
     """Return the largest eigenvalue on the infinite sheet, N/m."""
-    structural, shear, bending = weights
-    # Plane wave with phases a along the rows and b along the columns; x = cos a, y = cos b.
-    # The sums over a family's springs at one particle, k Σ (1 − cos phase), doubled:
-    x, y = np.meshgrid(np.linspace(-1, 1, 201), np.linspace(-1, 1, 201))
-    along = (1 - x) * (columns > 1) + (1 - y) * (rows > 1)
-    diagonal = 2 * (1 - x * y) * (rows > 1 and columns > 1)
-    second = 2 * (1 - x * x) * (columns > 2) + 2 * (1 - y * y) * (rows > 2)
-    return float(np.max(2 * structural * along + 2 * shear * diagonal + 2 * bending * second))
+    # Plane waves with phase differences along the columns and along the rows.
+    across, down = np.meshgrid(*[np.arccos(np.linspace(-1, 1, 201))] * 2)
+    symbol = np.zeros_like(across)
+    for weight, i, j in _weighted_stencil(weights):
+        if i < rows and abs(j) < columns:
+            symbol += 2 * weight * (1 - np.cos(i * down + j * across))
+    return float(np.max(symbol))
 
 
 def gershgorin_bound(rows: int, columns: int, weights: Weights) -> float:
     """Return twice the largest sum of stiffness at one particle, N/m."""
-    structural, shear, bending = weights
-    total = structural * (min(columns - 1, 2) + min(rows - 1, 2))
-    total += shear * min(columns - 1, 2) * min(rows - 1, 2)
-    total += bending * sum(2 if n > 4 else (n > 2) for n in (rows, columns))
+
+    def neighbours(n: int, distance: int) -> int:
+        """Return the most particles of a row of n at this distance from one of them."""
+        return (n > distance) + (n > 2 * distance)
+
+    total = 0.0
+    for weight, i, j in _weighted_stencil(weights):
+        sides = [neighbours(n, abs(k)) for n, k in ((rows, i), (columns, j)) if k]
+        # The two diagonal offsets together have the product of both numbers.
+        total += weight * (sides[0] if len(sides) == 1 else 0.5 * sides[0] * sides[1])
     return 2 * total
 
 
 def _laplacian(field: Array, weights: Weights) -> Array:
-    structural, shear, bending = weights
     out = np.zeros_like(field)
-    for weight, rows, columns in (
-        (structural, 0, 1),
-        (structural, 1, 0),
-        (shear, 1, 1),
-        (shear, 1, -1),
-        (bending, 0, 2),
-        (bending, 2, 0),
-    ):
-        height, width = field.shape[0] - rows, field.shape[1] - abs(columns)
-        if weight == 0 or height < 1 or width < 1:
+    for weight, rows, columns in _weighted_stencil(weights):
+        if weight == 0 or rows >= field.shape[0] or abs(columns) >= field.shape[1]:
             continue
-        left, right = max(-columns, 0), max(columns, 0)
-        first = (slice(0, height), slice(left, left + width))
-        second = (slice(rows, None), slice(right, right + width))
-        tension = weight * (field[first] - field[second])
-        out[first] += tension
-        out[second] -= tension
+        first, second = offset_views(field, rows, columns)
+        tension = weight * (first - second)
+        first, second = offset_views(out, rows, columns)
+        first += tension
+        second -= tension
     return out
 
 
@@ -116,31 +119,18 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
     )
     if min(rows, columns) > _NARROW or bound == 0:
         return bound
-    # Long strips repeat themselves: a longer piece has no larger eigenvalue to speak of.
+    # Long strips are periodic: a longer piece has no noticeably larger eigenvalue.
     piece = (min(rows, 8 * _NARROW), min(columns, 8 * _NARROW))
     return min(bound, _MARGIN * _power_iteration(*piece, weights))
 
 
-def bounds(
-    *, rows: int, columns: int, particle_mass: float, stiffness: Weights, damping: float
-) -> tuple[float, float]:
-    """
-    Return bounds of stiffness and damping per unit mass, 1/s² and 1/s, in every state.
-
-    Parameters
-    ----------
-    rows, columns
-        Particles of the sheet.
-    particle_mass
-        kg.
-    stiffness
-        Of the structural, shear and bending springs, N/m; 0: absent.
-    damping
-        Of the dashpot along each present spring, N·s/m.
-
-    """
+def rate_bounds(scene: Scene) -> tuple[float, float]:
+    """Return bounds of stiffness, 1/s², and damping, 1/s, per unit mass in every state."""
+    springs, sheet = scene.springs, scene.sheet
+    stiffness = (springs.structural, springs.shear, springs.bending)
     present = (float(stiffness[0] > 0), float(stiffness[1] > 0), float(stiffness[2] > 0))
+    size = (sheet.rows, sheet.columns)
     return (
-        largest_eigenvalue(rows, columns, stiffness) / particle_mass,
-        damping * largest_eigenvalue(rows, columns, present) / particle_mass,
+        largest_eigenvalue(*size, stiffness) / sheet.particle_mass,
+        springs.damping * largest_eigenvalue(*size, present) / sheet.particle_mass,
     )

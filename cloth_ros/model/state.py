@@ -1,4 +1,4 @@
-"""The state of a cloth."""
+"""Positions and velocities of the particles of a sheet."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ import numpy as np
 from .grid import GHOST, Array, Grid
 from .kernels.jit import kernel
 
-# Particles whose speeds are compared at once.
+# Particles whose speeds are compared in one iteration.
 _LANES = 64
 
 
 @dataclass
 class State:
     """
-    Flat arrays of a sheet, laid out as `Lattice` says.
+    Flat arrays of a sheet, in the layout of `Grid`.
 
     Attributes
     ----------
     origin
-        Of the positions below, in the world, m, shape (3,): the centre of the undeformed sheet,
-        or near a sheet that has strayed from there.  Single precision then resolves the cloth and
-        not its distance from the origin of the world.
+        Origin of the positions below, in the world, m, shape (3,): the centre of the undeformed
+        sheet, or a point near a sheet that has moved far from there.  Single precision then
+        resolves the cloth and not its distance from the origin of the world.
     position
         m, from `origin`, shape (3, size).
-    other
-        Where kernels write positions that they move, and then exchange both.
+    back_buffer
+        Receives the positions of a drift; then swapped with `position`.
     velocity, acceleration
         m/s and m/s², shape (3, size); zero for pinned particles and ghosts.
     free
@@ -37,76 +37,74 @@ class State:
 
     """
 
-    lattice: Grid
+    grid: Grid
     dtype: Any
     origin: Array = field(default_factory=lambda: np.zeros(3))
     position: Array = field(init=False)
-    other: Array = field(init=False)
+    back_buffer: Array = field(init=False)
     velocity: Array = field(init=False)
     acceleration: Array = field(init=False)
     free: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        """Allocate the arrays, with every particle free at the centre and at rest."""
-        self.position = self.lattice.field(self.dtype, GHOST)
-        self.lattice.grid(self.position)[...] = 0
-        self.other = self.position.copy()
-        self.velocity = self.lattice.field(self.dtype)
-        self.acceleration = self.lattice.field(self.dtype)
-        self.free = self.lattice.field(self.dtype, components=1)[0]
-        self.lattice.grid(self.free)[...] = 1
+        """Allocate the arrays, with every particle free, at the origin and at rest."""
+        self.position = self.grid.field(self.dtype, GHOST)
+        self.grid.interior(self.position)[...] = 0
+        self.back_buffer = self.position.copy()
+        self.velocity = self.grid.field(self.dtype)
+        self.acceleration = self.grid.field(self.dtype)
+        self.free = self.grid.field(self.dtype, components=1)[0]
+        self.grid.interior(self.free)[...] = 1
 
     @property
-    def world(self) -> Array:
+    def world_positions(self) -> Array:
         """
-        Positions in the world, m, double precision, shape (3, rows, columns); set all.
+        Positions in the world, m, double precision, shape (3, rows, columns); assignable.
 
-        The origin is moved to a sheet that is set farther from it than it is wide.
+        Assignment moves the origin to a sheet that is farther from it than it is wide.
         """
-        positions: Array = self.lattice.grid(self.position) + self.origin[:, None, None]
+        positions: Array = self.grid.interior(self.position) + self.origin[:, None, None]
         return positions
 
-    @world.setter
-    def world(self, positions: Array) -> None:
+    @world_positions.setter
+    def world_positions(self, positions: Array) -> None:
         low, high = positions.min(axis=(1, 2)), positions.max(axis=(1, 2))
         middle = 0.5 * (low + high)
-        # Not where it need not move: what is set to what it is must not be rounded.
+        # Only where it must move: assigning what is read must not round anything.
         if np.abs(middle - self.origin).max() > (high - low).max():
             self.origin = middle
-        self.lattice.grid(self.position)[...] = positions - self.origin[:, None, None]
+        self.grid.interior(self.position)[...] = positions - self.origin[:, None, None]
 
     @property
-    def speeds(self) -> Array:
-        """Velocities, m/s, double precision, shape (3, rows, columns)."""
-        return self.lattice.grid(self.velocity).astype(float)
+    def velocities(self) -> Array:
+        """Velocities, m/s, double precision, shape (3, rows, columns); assignable."""
+        return self.grid.interior(self.velocity).astype(float)
 
-    def copy_from(self, other: State) -> None:
-        """Take over positions and velocities of another state of this lattice."""
-        grid = self.lattice.grid
-        self.origin = other.origin
-        grid(self.position)[...] = grid(other.position)
-        grid(self.velocity)[...] = grid(other.velocity)
+    @velocities.setter
+    def velocities(self, velocities: Array) -> None:
+        self.grid.interior(self.velocity)[...] = velocities
+        self.velocity *= self.free
 
-    def follow(self, reach: float) -> None:
-        """Move the origin along with a sheet that has strayed from it by more than `reach`, m."""
-        strayed = self.position[:, self.lattice.begin].astype(float)
-        if reach < np.abs(strayed).max() < np.inf:
-            # Multiples of a power of two: their differences are not rounded.
+    def recenter_origin(self, reach: float) -> None:
+        """Move the origin to a sheet that is farther from it than `reach`, m."""
+        offset = self.position[:, self.grid.begin].astype(float)
+        if reach < np.abs(offset).max() < np.inf:
+            # Multiples of a power of two: their differences are exact.
             unit = 2.0 ** math.floor(math.log2(reach))
-            shift = unit * np.round(strayed / unit)
-            self.lattice.grid(self.position)[...] -= shift[:, None, None].astype(self.dtype)
+            shift = unit * np.round(offset / unit)
+            self.grid.interior(self.position)[...] -= shift[:, None, None].astype(self.dtype)
             self.origin = self.origin + shift
 
     def pin(self, pinned: Array) -> None:
         """Hold the particles where `pinned`, bool, shape (rows, columns), and free the others."""
-        self.lattice.grid(self.free)[...] = ~pinned
+        self.grid.interior(self.free)[...] = ~pinned
         self.velocity *= self.free
         self.acceleration *= self.free
 
 
 @kernel
 def _max_squared_speed(velocity, size):  # type: ignore[no-untyped-def]
-    # Lane by lane: LLVM leaves the maximum of a whole array scalar, NaN being what it is.
+    # Lane by lane: LLVM does not vectorise the maximum of an array that may hold NaN.
     greatest = np.zeros(_LANES, velocity.dtype)
     whole = size // _LANES * _LANES
     for first in range(np.uint64(0), np.uint64(whole), np.uint64(_LANES)):
@@ -121,5 +119,5 @@ def _max_squared_speed(velocity, size):  # type: ignore[no-untyped-def]
 
 
 def max_speed(state: State) -> float:
-    """Return the speed of the fastest particle, m/s."""
-    return math.sqrt(_max_squared_speed(state.velocity, state.lattice.size))
+    """Return the speed of the fastest particle, m/s; NaN if one is not finite."""
+    return math.sqrt(_max_squared_speed(state.velocity, state.grid.size))

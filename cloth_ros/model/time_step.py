@@ -1,47 +1,52 @@
-"""Which method, and how long its substeps: stable always, accurate as asked, finer where free."""
+"""
+Choice of integrator, precision and substep length of a scene.
+
+A substep is always stable, as accurate as the tolerance asks, shorter where that costs nothing,
+and divided in fast motion.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..scene import Scene
+from ..scene.parameter import invalid_value_error
 from . import stability
 from .integrators import INTEGRATORS, Integrator
 from .integrators.position_verlet import PositionVerlet
 
-if TYPE_CHECKING:
-    from ..scene import Scene
-
-# A share of a substep by which a count may be rounded down: a time that is a whole number of
-# substeps but for rounding is not given one more.
+# Share of a substep by which a count may be rounded down: a duration that is a whole number of
+# substeps but for rounding needs no further one.
 ROUNDING = 1e-6
 
-# Phase, rad, that the stiffest mode turns in a substep when its frequency is right within 0.1 %:
-# that of the explicit methods is (2/h) asin(ω h/2).
+# Phase, rad, of the stiffest mode in a substep at which its frequency is right within 0.1 %: that
+# of the explicit integrators is (2/h) asin(ω h/2).
 _RESOLVED = 0.15
-# Particle steps per second that no machine notices, and shortest substep, s, that is taken for
-# it.  Small sheets are resolved better for them.
+# Particle steps per second that cost next to nothing on any machine, and the shortest substep, s,
+# that is chosen for their sake.  Small sheets are resolved better with them.
 _CHEAP = 3e6
 _SHORTEST = 2.5e-4
+# Substeps in a tick: several minutes of wall-clock time on any machine.
+_MAX_SUBSTEPS = 1e8
 
 # Tolerance, m, that single precision is good for.
 _SINGLE = 1e-3
-# Heating by rounding, 1/s, that single precision is good for: the share of the energy of a fall
-# by the sheet's own length (or of a speed of that length in a second) that it adds in a second.
+# Heating by rounding, 1/s, that is accepted in single precision: the share of the energy of a
+# fall by the sheet's own length (or of a speed of that length per second) added per second.
 MAX_ROUNDING_HEATING_RATE = 0.05
 
 # Share of the shortest rest length that the fastest particle may move in a substep, and the
 # finest division of a substep to that end.
 _TRAVEL = 0.2
 _FINEST = 8
-# Substeps from one look at the speed to the next.
+# Substeps from one check of the speed to the next.
 CHECK_INTERVAL = 17
 # Dissipation acts once in so many substeps at most, an odd number, and within so many s.  Only in
-# single precision: in a cloth that folds, this parts two runs no sooner than rounding does, but
-# in double precision it would.
-_WIDEST = 17
+# single precision: in a cloth that folds, this separates two runs no sooner than rounding does,
+# but in double precision it would.
+_MAX_INTERVAL = 17
 _IMPULSE = 3e-3
 # Share of a velocity that the air, and a dashpot, may then take at once.
 _BY_AIR = 0.1
@@ -49,19 +54,19 @@ _BY_DASHPOTS = 0.5
 
 
 def integrator_for(scene: Scene) -> type[Integrator]:
-    """Return the method of a scene; `auto` is the one that wins wherever it was measured."""
+    """Return the integrator of a scene; `auto` is the best one of every measured scene."""
     return INTEGRATORS.get(scene.solver.method, PositionVerlet)
 
 
 def rounding_heating_rate(scene: Scene) -> float:
     """
-    Return how fast rounding in single precision heats a cloth, 1/s; see `HEATING`.
+    Return how fast rounding in single precision heats a cloth, 1/s.
 
-    A position x is rounded by up to δ = ε x / 2 in every substep, against springs that return
-    λ m δ²/2 of it as energy.  Of that a share of 0.03 has been measured to come back, on sheets of
-    16 × 16 to 128 × 128 with stiffness of 10 kN/m to 10 MN/m.
+    A position x is rounded by up to δ = ε x / 2 in every substep; the springs then hold an energy
+    of up to λ m δ²/2.  A share of 0.03 of that was measured as heating, on sheets of 16 × 16 to
+    128 × 128 with a stiffness of 10 kN/m to 10 MN/m.  See `MAX_ROUNDING_HEATING_RATE`.
     """
-    elastic, _ = scene.rate_bounds()
+    elastic, _ = stability.rate_bounds(scene)
     length = scene.sheet.diagonal
     if elastic == 0 or length == 0:
         return 0.0
@@ -75,9 +80,8 @@ def precision_for(scene: Scene) -> str:
     Return `single` or `double`; for `auto` what the tolerance needs.
 
     Rounding in single precision decides how a cloth folds, and moves it by a millimetre or two
-    in a second (the hanging scene); below that, only double precision is of use.  And a cloth that
-    is so stiff and light that rounding would heat it is taken in double precision, whatever is
-    asked for.
+    in a second (the hanging scene); tolerances below that need double precision.  A cloth that is
+    so stiff and light that rounding would heat it is always simulated in double precision.
     """
     precision = scene.solver.precision
     if precision == 'auto':
@@ -92,19 +96,19 @@ def substep_length(scene: Scene) -> float:
     A whole number of them makes a tick: the scene's own, or the least that keeps
 
     * stability: at most `stability.SAFETY` of the limit;
-    * accuracy: at most the step that the method takes for the tolerance;
+    * accuracy: at most the step that the integrator predicts for the tolerance;
     * every mode's frequency within 0.1 %, as far as that costs next to nothing.
     """
-    method = integrator_for(scene)
+    integrator = integrator_for(scene)
     tick = 1 / scene.rate
     if scene.solver.substeps:
         return tick / scene.solver.substeps
-    limit = method.stable_step(*scene.rate_bounds())
+    limit = integrator.stable_step(*stability.rate_bounds(scene))
     particles = scene.sheet.rows * scene.sheet.columns
     longest = min(
         tick,
         stability.SAFETY * limit,
-        method.accurate_step(scene),
+        integrator.accurate_step(scene),
         max(0.5 * _RESOLVED * limit, particles / _CHEAP, _SHORTEST),
     )
     return tick / math.ceil(tick / longest * (1 - ROUNDING))
@@ -112,19 +116,19 @@ def substep_length(scene: Scene) -> float:
 
 def substep_division(scene: Scene, substep: float, speed: float) -> int:
     """
-    Return by how much a substep is to be divided for a cloth in fast motion.
+    Return the divisor of a substep for a cloth in fast motion.
 
     The stability limit is that of a frozen state.  Where particles move by more than a fraction of
-    a rest length in a substep, springs turn over within it, and explicit methods at their limit
-    pump energy into them, without end where nothing damps.  A number of substeps that the user has
-    fixed is left alone.
+    a rest length in a substep, springs turn over within it, and explicit integrators at their
+    limit add energy, without bound where nothing damps.  A number of substeps that the user has
+    fixed is not divided.
 
     Parameters
     ----------
     scene
-        What is simulated.
+        Parameters.
     substep
-        Its length in calm motion, s.
+        Length in slow motion, s.
     speed
         Of the fastest particle, m/s.
 
@@ -132,7 +136,7 @@ def substep_division(scene: Scene, substep: float, speed: float) -> int:
     if scene.solver.substeps:
         return 1
     division = speed * substep / (_TRAVEL * scene.sheet.shortest_spacing)
-    # Not finite compares as false.
+    # False where not finite.
     return max(math.ceil(division), 1) if division < _FINEST else _FINEST
 
 
@@ -143,13 +147,13 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
     Parameters
     ----------
     scene
-        What is simulated.
+        Parameters.
     substep
-        Its length, s.
+        Length, s.
     viscous
         Bound of the damping by dashpots per unit mass, 1/s.
     airspeed
-        Of the fastest particle in the air, m/s.
+        Of the fastest particle relative to the air, m/s.
 
     """
     if scene.solver.substeps:
@@ -159,7 +163,47 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
     if scene.has_air:
         pressure = 0.5 * scene.wind.air_density * scene.wind.drag_coefficient * airspeed
         air = pressure * dx * dy / scene.sheet.particle_mass
-    interval = min(_IMPULSE, _BY_AIR / max(air, 1e-9), _BY_DASHPOTS / max(viscous, 1e-9))
-    # Not finite compares as false.
-    spacing = int(interval / substep) if interval < _WIDEST * substep else _WIDEST
-    return max(spacing - 1 + spacing % 2, 1)
+    seconds = min(_IMPULSE, _BY_AIR / max(air, 1e-9), _BY_DASHPOTS / max(viscous, 1e-9))
+    # False where not finite.
+    interval = int(seconds / substep) if seconds < _MAX_INTERVAL * substep else _MAX_INTERVAL
+    return max(interval - 1 + interval % 2, 1)
+
+
+def stability_limit(scene: Scene) -> float:
+    """Return the longest stable substep, s, in every state of the cloth; inf without springs."""
+    return integrator_for(scene).stable_step(*stability.rate_bounds(scene))
+
+
+def check_time_step(scene: Scene) -> None:
+    """
+    Refuse a scene whose substeps would be unstable, or too many to compute.
+
+    Raises
+    ------
+    ValueError
+        Names the parameter, its value, the allowed range and a remedy.
+
+    """
+    limit = stability_limit(scene)
+    count = 1 / (scene.rate * substep_length(scene))
+    if count > _MAX_SUBSTEPS:
+        elastic, viscous = stability.rate_bounds(scene)
+        name = 'springs.damping' if viscous > math.sqrt(elastic) else 'springs.structural'
+        if limit * scene.rate * _MAX_SUBSTEPS > 2:
+            name = 'solver.tolerance'
+        raise invalid_value_error(
+            name,
+            scene.flat()[name],
+            f'such that {_MAX_SUBSTEPS:g} substeps a tick are enough (it would take {count:.2g})',
+            'raise it' if name == 'solver.tolerance' else 'lower springs.*, or raise sheet.mass',
+        )
+    if scene.solver.substeps:
+        step = 1 / (scene.rate * scene.solver.substeps)
+        if step > stability.SAFETY * limit:
+            least = math.ceil(1 / (scene.rate * stability.SAFETY * limit))
+            raise invalid_value_error(
+                'solver.substeps',
+                scene.solver.substeps,
+                f'0 or at least {least} for a stable step at {scene.rate:g} Hz',
+                'or soften the springs',
+            )

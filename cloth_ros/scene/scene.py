@@ -1,8 +1,8 @@
 """
-The scene: everything that a user decides about a simulation.
+Parameters of a simulation: a tree of frozen dataclasses, nested like the ROS parameters.
 
-A scene is a tree of frozen dataclasses, nested like the ROS parameters.  A scene that exists is
-valid: whatever is wrong raises `ValueError` while it is made.
+A scene is data.  Types, ranges and the agreement of fields are checked while it is made; checks
+that need physics or memory (`cloth_ros.model.check_scene`) are made where a cloth is.
 """
 
 from __future__ import annotations
@@ -15,17 +15,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..model import stability
-from ..model.integrators import INTEGRATORS
-from ..model.time_step import integrator_for, substep_length
 from . import parameter_file
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 
 Vector = tuple[float, float, float]
 
-# In a tick: a good number of minutes of wall-clock time on any machine.
-_MOST_SUBSTEPS = 1e8
+# Integration methods that a scene may name; `cloth_ros.model.integrators` has one class for each.
+INTEGRATOR_NAMES = ('position_verlet',)
 
 
 def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
@@ -205,7 +202,7 @@ class Solver(ParameterGroup):
     """How the equations of motion are integrated."""
 
     prefix: ClassVar[str] = 'solver.'
-    method: str = parameter('auto', 'integration method', choices=('auto', *INTEGRATORS))
+    method: str = parameter('auto', 'integration method', choices=('auto', *INTEGRATOR_NAMES))
     substeps: int = parameter(
         0,
         'substeps per tick; 0: chosen from the stability limit and the tolerance',
@@ -306,36 +303,8 @@ class Scene(ParameterGroup):
         return self.from_parameters({**kept, **changes})
 
     def check(self) -> None:
-        """Compare the groups with one another."""
+        """Refuse pins that the sheet does not have."""
         self.pinned()
-        self._check_substeps()
-        if self.solver.substeps:
-            step = 1 / (self.rate * self.solver.substeps)
-            limit = self.stability_limit()
-            if step > stability.SAFETY * limit:
-                least = math.ceil(1 / (self.rate * stability.SAFETY * limit))
-                raise invalid_value_error(
-                    'solver.substeps',
-                    self.solver.substeps,
-                    f'0 or at least {least} for a stable step at {self.rate:g} Hz',
-                    'or soften the springs',
-                )
-
-    def _check_substeps(self) -> None:
-        """Refuse what would stand still on any machine."""
-        count = 1 / (self.rate * substep_length(self))
-        if count <= _MOST_SUBSTEPS:
-            return
-        elastic, viscous = self.rate_bounds()
-        name = 'springs.damping' if viscous > math.sqrt(elastic) else 'springs.structural'
-        if self.stability_limit() * self.rate * _MOST_SUBSTEPS > 2:
-            name = 'solver.tolerance'
-        raise invalid_value_error(
-            name,
-            self.flat()[name],
-            f'such that {_MOST_SUBSTEPS:g} substeps a tick are enough (it would take {count:.2g})',
-            'raise it' if name == 'solver.tolerance' else 'lower springs.*, or raise sheet.mass',
-        )
 
     @property
     def has_air(self) -> bool:
@@ -346,20 +315,6 @@ class Scene(ParameterGroup):
     def pinned(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Return which particles are pinned, bool, shape (rows, columns); raises ValueError."""
         return pinned_particles(self.pins, self.sheet.rows, self.sheet.columns)
-
-    def rate_bounds(self) -> tuple[float, float]:
-        """Return bounds of stiffness and damping per unit mass in every state, 1/s² and 1/s."""
-        return stability.bounds(
-            rows=self.sheet.rows,
-            columns=self.sheet.columns,
-            particle_mass=self.sheet.particle_mass,
-            stiffness=(self.springs.structural, self.springs.shear, self.springs.bending),
-            damping=self.springs.damping,
-        )
-
-    def stability_limit(self) -> float:
-        """Return the longest stable substep of the method, s; inf without springs."""
-        return integrator_for(self).stable_step(*self.rate_bounds())
 
 
 register(Scene)

@@ -1,16 +1,17 @@
 """
-The part of the sheet that a sphere may touch in a substep.
+Broad phase of contact: the part of the sheet that a sphere may touch in a substep.
 
 Where the sphere is far from the whole sheet, its clearance is counted down, and nothing else is
-done.  Where it is not, the whole sheet is searched for candidates, cells within some margin of the
-sphere, and these are good for as many substeps as it takes to use up the margin: a Verlet list
-(L. Verlet, "Computer 'Experiments' on Classical Fluids", Physical Review 159, 1967).  In each
-substep only their own bounds are looked at, and of those in reach particles and triangles listed.
+done.  Elsewhere the whole sheet is searched for candidates, cells within some margin of the
+sphere, which remain valid until motion has used up the margin: a Verlet list (L. Verlet,
+"Computer 'Experiments' on Classical Fluids", Physical Review 159, 1967).  Each substep compares
+the bounds of the candidates alone, and lists the particles and triangles of those in reach.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,13 +19,13 @@ from ..grid import Array, Grid
 from ..kernels.jit import exact, reduction
 from ..state import State
 
-# Substeps at present speeds that candidates are to last for.  Less where that takes a margin of
-# more than the radius of the sphere, which would make too many of them.
-_LASTS = 16
-# By how many times the margin may be larger than present speeds ask for: where motion has slowed
-# down, fewer candidates will do, and clearance may have come about unnoticed.
+# Substeps at present speeds for which candidates remain valid.  Fewer where that takes a margin of
+# more than the radius of the sphere, which would make too many candidates.
+_LIFETIME = 16
+# Factor by which the margin may exceed what present speeds need: where motion has slowed down,
+# fewer candidates are enough, and a clearance may have opened.
 _WIDE = 4.0
-# What the distance of two boxes loses where corners move along different axes, at most, as a
+# Greatest decrease of the distance of two boxes whose corners move along different axes, as a
 # multiple of their way.
 _AXES = math.sqrt(3.0)
 
@@ -52,21 +53,16 @@ def _distance(bounds, start, end):  # type: ignore[no-untyped-def]
 
 
 @exact
-def _include(bounds, position, velocity, j, h):  # type: ignore[no-untyped-def]
-    """Widen bounds to the way of a particle in the `h` s that have just ended."""
-    for axis in range(3):
-        after = np.float64(position[axis, j])
-        before = after - h * np.float64(velocity[axis, j])
-        bounds[axis] = min(bounds[axis], before, after)
-        bounds[3 + axis] = max(bounds[3 + axis], before, after)
-
-
-@exact
 def _cell_bounds(bounds, position, velocity, i, down, across, h):  # type: ignore[no-untyped-def]
     """Write the bounds of a cell over the `h` s that have just ended."""
-    bounds[:3], bounds[3:] = np.inf, -np.inf
-    for j in (i, i + across, i + down, i + down + across):
-        _include(bounds, position, velocity, j, h)
+    for axis in range(3):
+        bounds[axis], bounds[3 + axis] = np.inf, -np.inf
+        for n in range(4):
+            j = i + (n % 2) * across + (n // 2) * down
+            after = np.float64(position[axis, j])
+            before = after - h * np.float64(velocity[axis, j])
+            bounds[axis] = min(bounds[axis], before, after)
+            bounds[3 + axis] = max(bounds[3 + axis], before, after)
 
 
 @exact
@@ -99,11 +95,13 @@ def _search(  # type: ignore[no-untyped-def]
     merged = np.empty(6)
     count, nearest = 0, np.inf
     _row_bounds(position, begin, columns, single)
-    bounds[0] = single
+    for k in range(6):
+        bounds[0, k] = single[k]
     for row in range(max(rows - 1, 1)):
         upper, lower = row % 2, (row + down) % 2
         _row_bounds(position, begin + (row + down) * stride, columns, single)
-        bounds[lower] = single
+        for k in range(6):
+            bounds[lower, k] = single[k]
         for axis in range(3):
             merged[axis] = min(bounds[upper, axis], bounds[lower, axis])
             merged[3 + axis] = max(bounds[upper, 3 + axis], bounds[lower, 3 + axis])
@@ -184,46 +182,82 @@ def _gather(  # type: ignore[no-untyped-def]
     return number, count
 
 
+class Candidates(NamedTuple):
+    """
+    Cells that may be in reach, and for how long.
+
+    Attributes
+    ----------
+    cells
+        row × columns + column of each, shape (n,).
+    clearance, margin
+        m, see `BroadPhase`.
+
+    """
+
+    cells: Array
+    clearance: float
+    margin: float
+
+
 class BroadPhase:
     """
-    What of a sheet the sphere may touch, and how far both are apart.
+    Finds the part of a sheet that a sphere may touch.
 
     Attributes
     ----------
     clearance
-        Distance, m, that sphere and sheet can still come nearer to each other without a touch; 0
-        or less if that is not known.
+        Distance, m, by which sphere and sheet can still approach each other without a touch; 0
+        or less if it is unknown.
 
     """
 
-    def __init__(self, lattice: Grid) -> None:
-        self._grid_layout = lattice
-        cells = max(lattice.rows - 1, 1) * max(lattice.columns - 1, 1)
+    def __init__(self, grid: Grid) -> None:
+        self._grid = grid
+        cells = max(grid.rows - 1, 1) * max(grid.columns - 1, 1)
         self._cells = np.empty(cells, np.int32)
-        self._particles = np.empty(lattice.rows * lattice.columns, np.int32)
-        self._local = np.full(lattice.size, -1, np.int32)
+        self._particles = np.empty(grid.rows * grid.columns, np.int32)
+        self._local = np.full(grid.size, -1, np.int32)
         self._count = 0
-        self.forget()
+        self.invalidate()
 
-    def forget(self) -> None:
-        """Search again before the next use: sheet or sphere is not where it was."""
+    def invalidate(self) -> None:
+        """Discard the candidates: sheet or sphere were moved from outside."""
         self.clearance, self._margin = 0.0, -math.inf
 
     def reduce_clearance(self, way: float) -> None:
-        """Note that sphere and sheet may have come nearer to each other by `way`, m."""
+        """Account for an approach of sphere and sheet by up to `way`, m."""
         self.clearance -= way
         self._margin -= way
 
     def is_clear(self, way: float) -> bool:
         """
-        Tell if sphere and sheet stay apart, though they come nearer to each other by `way`, m.
+        Return whether sphere and sheet stay apart while they approach each other by `way`, m.
 
-        Candidates are then given up: nobody looks at the sheet on that way.
+        The candidates are then discarded: they are not updated on that way.
         """
         clear = self.clearance > way  # False for NaN
         if clear:
             self._margin = -math.inf
         return clear
+
+    def is_beyond(self, state: State, centre: Array, reach: float) -> bool:
+        """Return whether every row of the sheet is farther than `reach`, m, from a centre."""
+        sheet = self._grid.interior(state.position).astype(float)
+        low, high = sheet.min(axis=2), sheet.max(axis=2)
+        if self._grid.rows > 1:  # bounds of all cells between two rows
+            low, high = np.minimum(low[:, 1:], low[:, :-1]), np.maximum(high[:, 1:], high[:, :-1])
+        gap = np.maximum(np.maximum(low - centre[:, None], centre[:, None] - high), 0.0)
+        return bool(np.all(np.linalg.norm(gap, axis=0) > reach))
+
+    def candidates(self) -> Candidates:
+        """Return the present candidates."""
+        return Candidates(self._cells[: self._count].copy(), self.clearance, self._margin)
+
+    def restore(self, candidates: Candidates) -> None:
+        """Return to former candidates of the same sheet in the same state."""
+        self._count = len(candidates.cells)
+        self._cells[: self._count], self.clearance, self._margin = candidates
 
     def find(
         self, state: State, h: float, start: Array, end: Array, radius: float, way: float
@@ -238,11 +272,11 @@ class BroadPhase:
         h
             Length of the substep, s.
         start, end, radius
-            Path of the sphere's centre in the substep, seen from the origin of the state, and its
-            radius, m.
+            Path of the sphere's centre in the substep, relative to the origin of the state, and
+            its radius, m.
         way
-            How much sphere and sheet may have come nearer to each other in the substep, m, which
-            has been noted.  What is pushed by the sphere may leave its bounds by as much again.
+            Distance, m, by which sphere and sheet may have approached each other in the substep,
+            already accounted for.  A push by the sphere may move particles by as much again.
 
         Returns
         -------
@@ -251,15 +285,17 @@ class BroadPhase:
             into these, shape (m, 3); a segment, or a point, has equal corners.
 
         """
-        lattice = self._grid_layout
-        layout = (lattice.begin, lattice.stride, lattice.rows, lattice.columns)
+        grid = self._grid
+        layout = (grid.begin, grid.stride, grid.rows, grid.columns)
         fields = (state.position, state.velocity)
-        margin = way + min(_LASTS * way, radius)
-        if not way <= self._margin <= _WIDE * margin:  # NaN is no margin either
+        margin = way + min(_LIFETIME * way, radius)
+        if not way <= self._margin <= _WIDE * margin:  # True for NaN
             reach = radius + _AXES * (way + margin)
             self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
             self.clearance, self._margin = nearest - radius, margin
         triangles = np.empty((4 * self._count, 3), np.int32)
+        if not self._count:
+            return self._particles[:0], triangles
         number, count = _gather(
             *fields, *layout, h, start, end, radius + way, self._cells[: self._count],
             self._particles, triangles, self._local,

@@ -1,21 +1,21 @@
 """
-The sweep of a sphere through triangles, seen from the sphere.
+Continuous collision of a sphere with triangles, in the frame of the sphere.
 
-All positions and velocities are relative to the sphere, whose centre so stays at the origin.
-Within a substep the particles move in strides.  A stride is as long as the clearance allows, but
-at least half a radius: a point that starts outside the sphere and ends outside of it on the other
-side would have to travel two radii.  So contact at the end of every stride is enough for nothing
-ever to pass (conservative advancement; B. Mirtich, "Impulse-based dynamic simulation of rigid
-body systems", 1996, section 2.3), however small or fast the sphere.
+All positions and velocities are relative to the sphere, whose centre stays at the origin.
+Within a substep the particles move in several advances.  An advance is as long as the clearance
+allows, but at least half a radius: a point that starts outside the sphere and ends outside of it
+on the other side would have to travel two radii.  So contact at the end of every advance is enough
+that nothing ever passes (conservative advancement; B. Mirtich, "Impulse-based dynamic simulation
+of rigid body systems", 1996, section 2.3), however small or fast the sphere.
 
-At the start of a stride, velocities that would end inside the sphere lose the part that does:
+At the start of an advance, velocities that would end inside the sphere lose the part that does:
 inelastic impulses at the closest point of the triangle, shared by its corners by their
-barycentric weights, with Coulomb friction.  No impulse adds energy, seen from the sphere.  What
-curvature leaves of a penetration is projected out at the end of the stride, without velocity.
-Where even that fails, the corners concerned are carried along by the sphere, which leaves their
-triangles just as far from it as they were: the end of a stride is never worse than its start,
+barycentric weights, with Coulomb friction.  No impulse adds energy in the frame of the sphere.
+Penetration that remains because of curvature is projected out at the end of the advance, without
+velocity.  Where even that fails, the corners concerned move with the sphere, which leaves their
+triangles just as far from it as they were: the end of an advance is never worse than its start,
 except where pinned particles are swept over.  The same ends a substep that would take too many
-strides.
+advances.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from .closest_point import closest_point, normal_of
 
 _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
-# Strides in one substep, beyond which everything in reach is carried along for the rest of it.
-_STRIDES = 200
-# Share of the tolerance that a contact may creep deeper in a stride before it is pushed again.
+# Advances in one substep, beyond which everything in reach moves with the sphere to its end.
+_MAX_ADVANCES = 200
+# Share of the tolerance by which a contact may deepen in an advance without a further impulse.
 _CREEP = 1e-2
-# Travel of a particle in one stride, in radii, from which its triangles might change sides.
+# Travel of a particle in one advance, in radii, from which its triangles might change sides.
 _CARRIED = 1.8
 
 
@@ -61,7 +61,7 @@ def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[n
 
 
 @exact
-def _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
+def _is_claimed(claimed, advance, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
     """Tell if the closest point is a corner that another triangle has been noted for already."""
     if wa == 1.0:
         corner = a
@@ -71,17 +71,17 @@ def _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):  # type: ignore[no
         corner = c
     else:
         return False
-    if claimed[corner] == stride_number:
+    if claimed[corner] == advance:
         return True
-    claimed[corner] = stride_number
+    claimed[corner] = advance
     return False
 
 
 @exact
-def _greatest_speed(speeds):  # type: ignore[no-untyped-def]
+def _max_speed(velocities):  # type: ignore[no-untyped-def]
     greatest = 0.0
-    for i in range(len(speeds)):
-        u, v, w = speeds[i, 0], speeds[i, 1], speeds[i, 2]
+    for i in range(len(velocities)):
+        u, v, w = velocities[i, 0], velocities[i, 1], velocities[i, 2]
         greatest = max(greatest, u * u + v * v + w * w)
     return np.sqrt(greatest)
 
@@ -100,8 +100,29 @@ def _travel(points, start):  # type: ignore[no-untyped-def]
 
 
 @exact
+def _scale_row(array, i, factor):  # type: ignore[no-untyped-def]
+    """Multiply a row by a factor; loops compile much faster than NumPy's row operations."""
+    for axis in range(3):
+        array[i, axis] *= factor
+
+
+@exact
+def _add_row(array, i, factor, other, j):  # type: ignore[no-untyped-def]
+    """Add `factor` times row j of another array to row i."""
+    for axis in range(3):
+        array[i, axis] += factor * other[j, axis]
+
+
+@exact
+def _copy_row(array, i, other, j):  # type: ignore[no-untyped-def]
+    """Copy row j of another array to row i."""
+    for axis in range(3):
+        array[i, axis] = other[j, axis]
+
+
+@exact
 def _apply_impulse(  # type: ignore[no-untyped-def]
-    speeds, free, triangles, weights, normals, t, least, slack, friction
+    velocities, free, triangles, weights, normals, t, least, slack, friction
 ):
     """Let a contact point recede at `least` m/s or faster; return whether it fell short."""
     triangle, weight, normal = triangles[t], weights[t], normals[t]
@@ -109,9 +130,9 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
     inverse_mass = 0.0
     for k in range(3):
         i = triangle[k]
-        u += weight[k] * speeds[i, 0]
-        v += weight[k] * speeds[i, 1]
-        w += weight[k] * speeds[i, 2]
+        u += weight[k] * velocities[i, 0]
+        v += weight[k] * velocities[i, 1]
+        w += weight[k] * velocities[i, 2]
         inverse_mass += free[i] * weight[k] * weight[k]
     along = u * normal[0] + v * normal[1] + w * normal[2]
     if inverse_mass == 0.0 or along >= least - slack:
@@ -124,9 +145,9 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
     for k in range(3):
         i = triangle[k]
         share = free[i] * weight[k] / inverse_mass
-        speeds[i, 0] += share * (push * normal[0] - grip * u)
-        speeds[i, 1] += share * (push * normal[1] - grip * v)
-        speeds[i, 2] += share * (push * normal[2] - grip * w)
+        velocities[i, 0] += share * (push * normal[0] - grip * u)
+        velocities[i, 1] += share * (push * normal[1] - grip * v)
+        velocities[i, 2] += share * (push * normal[2] - grip * w)
     return True
 
 
@@ -188,10 +209,11 @@ def max_penetration(points, triangles, radius):  # type: ignore[no-untyped-def]
 
 
 @exact
-def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
-    """Hold what has moved too far, and carry along what has become too deep, until nothing is."""
-    carried = free == 0.0
+def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
+    """Stop particles that moved too far; move those of too deep triangles with the sphere."""
+    carried = np.empty(len(free), np.bool_)
     for i in range(len(points)):
+        carried[i] = free[i] == 0.0
         travel = 0.0
         for axis in range(3):
             travel += (points[i, axis] - start[i, axis]) ** 2
@@ -200,13 +222,13 @@ def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # 
             for axis in range(3):
                 way = points[i, axis] - start[i, axis]
                 points[i, axis] = start[i, axis] + way * _CARRIED * radius / travel
-            speeds[i] = 0.0
+                velocities[i, axis] = 0.0
     changed = True
     while changed:
         changed = False
         for t in range(len(triangles)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            # What was too deep before the stride is better off where it was projected to.
+            # What was too deep before the advance is less deep where it was projected to.
             if gaps[t] < -2.0 * tolerance:
                 continue
             if closest_point(points, a, b, c)[0] >= (radius - tolerance) ** 2:
@@ -215,13 +237,14 @@ def _carry(points, speeds, start, gaps, free, triangles, radius, tolerance):  # 
                 i = triangles[t, k]
                 if not carried[i]:
                     carried[i] = True
-                    points[i] = start[i]
-                    speeds[i] = 0.0
+                    _copy_row(points, i, start, i)
+                    for axis in range(3):
+                        velocities[i, axis] = 0.0
                     changed = True
 
 
 @exact
-def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
+def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Return the triangles without the pinned corners and edges in the sphere, and how many had any.
 
@@ -229,9 +252,12 @@ def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # ty
     of those an edge or a corner remains.
     """
     kept, found = triangles, 0
-    if free.min() > 0.0:
+    whole = True
+    for i in range(len(free)):
+        whole = whole and free[i] > 0.0
+    if whole:
         return kept, found
-    place = np.empty((3, 3))
+    place = np.zeros((3, 3))
     for t in range(len(triangles)):
         pinned, other = 0, -1
         for k in range(3):
@@ -239,7 +265,7 @@ def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # ty
             if free[i] > 0.0:
                 other = i
             else:
-                place[pinned] = points[i]
+                _copy_row(place, pinned, points, i)
                 pinned += 1
         if pinned == 0 or other < 0:
             continue
@@ -248,12 +274,15 @@ def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # ty
         # Pins all move alike, seen from the sphere.
         for k in range(3):
             if free[triangles[t, k]] == 0.0:
-                place += h * speeds[triangles[t, k]]
+                for corner in range(3):
+                    _add_row(place, corner, h, velocities, triangles[t, k])
                 break
         nearest = min(nearest, closest_point(place, 0, b, c)[0])
         if nearest < (radius - tolerance) ** 2:
             if found == 0:
-                kept = triangles.copy()
+                kept = np.empty_like(triangles)
+                for n in range(len(triangles)):
+                    _copy_row(kept, n, triangles, n)
             found += 1
             for k in range(3):
                 if free[triangles[t, k]] == 0.0:
@@ -262,13 +291,13 @@ def _leave_to_pins(points, speeds, free, triangles, radius, h, tolerance):  # ty
 
 
 @exact
-def resolve_contact(points, speeds, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
+def resolve_contact(points, velocities, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Move points through `h` seconds past a sphere of `radius` at the origin.
 
     Parameters
     ----------
-    points, speeds
+    points, velocities
         m and m/s, relative to the sphere, shape (n, 3), double precision; changed in place.
     free
         1 for particles that move, 0 for pinned ones, shape (n,).
@@ -287,28 +316,28 @@ def resolve_contact(points, speeds, free, triangles, radius, friction, h, tolera
 
     """
     whole = triangles
-    triangles, pinned = _leave_to_pins(points, speeds, free, whole, radius, h, tolerance)
+    triangles, pinned = _leave_to_pins(points, velocities, free, whole, radius, h, tolerance)
     weights = np.empty((len(triangles), 3))
     normals = np.empty((len(triangles), 3))
     gaps = np.empty(len(triangles))
     near = np.empty(len(triangles), np.int32)
     start = np.empty_like(points)
     claimed = np.zeros(len(points), np.int32)
-    stride_number = 0
+    advance = 0
     left, touched, forced, deep = h, False, False, pinned > 0
     while left > 0.0:
-        fastest = _greatest_speed(speeds)
+        fastest = _max_speed(velocities)
         if not np.isfinite(fastest):
             break
-        if stride_number == _STRIDES:
+        if advance == _MAX_ADVANCES:
             for i in range(len(points)):
                 if free[i] == 0.0:  # pins stay where they are, seen from the world
-                    points[i] += left * speeds[i]
-            speeds *= 0.0
+                    _add_row(points, i, left, velocities, i)
+                _scale_row(velocities, i, 0.0)
             forced = deep = True
             break
         reach = left * fastest
-        stride_number += 1
+        advance += 1
         clearance = np.inf
         count = 0
         for t in range(len(triangles)):
@@ -321,7 +350,7 @@ def resolve_contact(points, speeds, free, triangles, radius, friction, h, tolera
             gaps[t] = distance - radius
             if gaps[t] <= reach:
                 clearance = min(clearance, gaps[t])
-                if _is_claimed(claimed, stride_number, a, b, c, wa, wb, wc):
+                if _is_claimed(claimed, advance, a, b, c, wa, wb, wc):
                     continue
                 weights[t, 0], weights[t, 1], weights[t, 2] = wa, wb, wc
                 x, y, z = _direction(points, a, b, c, wa, wb, wc, distance, radius)
@@ -329,33 +358,35 @@ def resolve_contact(points, speeds, free, triangles, radius, friction, h, tolera
                 near[count] = t
                 count += 1
         if count == 0:
-            points += left * speeds
+            for i in range(len(points)):
+                _add_row(points, i, left, velocities, i)
             break
         touched = True
         allowed = max(clearance, 0.5 * radius)
-        stride = left if reach <= allowed else allowed / fastest
-        slack = _CREEP * tolerance / stride
+        length = left if reach <= allowed else allowed / fastest
+        slack = _CREEP * tolerance / length
         for _ in range(_VELOCITY_PASSES):
             pushed = False
             for n in range(count):
                 t = near[n]
-                if gaps[t] <= stride * fastest:
-                    least = min(-gaps[t] / stride, 0.0)
+                if gaps[t] <= length * fastest:
+                    least = min(-gaps[t] / length, 0.0)
                     pushed |= _apply_impulse(
-                        speeds, free, triangles, weights, normals, t, least, slack, friction
+                        velocities, free, triangles, weights, normals, t, least, slack, friction
                     )
             if not pushed:
                 break
-        start[:] = points
-        points += stride * speeds
+        for i in range(len(points)):
+            _copy_row(start, i, points, i)
+            _add_row(points, i, length, velocities, i)
         travel = _travel(points, start)
-        settled, held = _project(points, free, triangles, gaps, travel, radius, tolerance)
-        strayed = clearance < radius and _travel(points, start) > _CARRIED * radius
-        if strayed or not settled:
-            _carry(points, speeds, start, gaps, free, triangles, radius, tolerance)
-        forced = forced or strayed or not settled
-        deep = pinned > 0 or held or strayed or not settled
-        left -= stride
+        resolved, held = _project(points, free, triangles, gaps, travel, radius, tolerance)
+        displaced = clearance < radius and _travel(points, start) > _CARRIED * radius
+        if displaced or not resolved:
+            _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, tolerance)
+        forced = forced or displaced or not resolved
+        deep = pinned > 0 or held or displaced or not resolved
+        left -= length
     depth = max_penetration(points, whole, radius) if deep else 0.0
     if depth <= 2.0 * tolerance:
         depth = 0.0

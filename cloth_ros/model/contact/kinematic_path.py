@@ -1,4 +1,4 @@
-"""The way of the sphere, as commanded."""
+"""Path of a collider in one advance: a polyline of waypoints, passed at constant speed."""
 
 from __future__ import annotations
 
@@ -8,18 +8,24 @@ import numpy as np
 
 from ...scene.parameter import checked_vector, invalid_value_error
 from ..grid import Array
+from ..inputs import Vector
 
-# Distance of the sphere's surface from the sheet, m, that can be commanded, and the number of
-# positions that it passes in one advance.
+# Greatest distance, m, of a collider's surface from the sheet that can be commanded.
 _FARTHEST = 1000.0
-_WAYPOINTS = 64
-# m/s; what is faster is not swept, but appears where it is told to.
-_FASTEST = 1e6
+# Waypoints in one advance.
+MAX_WAYPOINTS = 64
 
 
-class Path:
+class KinematicPath:
     """
-    A polyline, run through at constant speed.
+    A polyline, passed at constant speed.
+
+    Parameters
+    ----------
+    points
+        m, each of shape (3,); the first is the start.
+    start, seconds
+        Time at the start, and duration, s.
 
     Attributes
     ----------
@@ -31,7 +37,7 @@ class Path:
     """
 
     def __init__(self, points: Sequence[Array], start: float, seconds: float) -> None:
-        corners = np.array(points)
+        corners = np.array(points, float)
         self.end: Array = corners[-1]
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         distance = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -55,75 +61,38 @@ class Path:
         return (self._point(time + h) - self._point(time)) / h
 
 
-class CommandedMotion:
+def checked_target(
+    name: str, position: Sequence[float], parameter: str, size: float, sheet: Array
+) -> Vector:
     """
-    Where the sphere is, and where it is told to go.
+    Return a commanded position of a collider, m.
 
-    Attributes
+    Parameters
     ----------
-    centre
-        m, shape (3,), at the end of the last advance.
-    waypoints
-        What it is to pass in the next, m, each of shape (3,).
+    name
+        Of the collider, for the error.
+    position
+        Three numbers, m.
+    parameter
+        Scene parameter whose range applies.
+    size
+        Distance of the collider's surface from its centre, m.
+    sheet
+        Position of the sheet, m, shape (3,).
+
+    Raises
+    ------
+    ValueError
+        The position is not finite, out of range, or too far from the sheet.
 
     """
-
-    def __init__(self, centre: Sequence[float]) -> None:
-        self.centre = np.array(centre, float)
-        self.waypoints: list[Array] = []
-        self._path = Path([self.centre], 0.0, 1.0)
-
-    def command(self, position: Sequence[float], radius: float, sheet: Array) -> None:
-        """
-        Add a waypoint.
-
-        Parameters
-        ----------
-        position, sheet
-            Of the sphere, and centre of the sheet, m.
-        radius
-            Of the sphere, m.
-
-        Raises
-        ------
-        ValueError
-            The position is not finite or too far away.
-
-        """
-        centre = checked_vector('sphere position', position, 'sphere.position')
-        if float(np.linalg.norm(centre - sheet)) > _FARTHEST + radius:
-            raise invalid_value_error(
-                'sphere position',
-                centre.tolist(),
-                f'within {_FARTHEST:g} m of the sheet',
-                'bring it nearer',
-            )
-        self.waypoints = [*self.waypoints[1 - _WAYPOINTS :], centre]
-
-    def jump(self, seconds: float) -> bool:
-        """Go to the last waypoint at once if `seconds` are too few to sweep there; tell if so."""
-        if not self.waypoints:
-            return False
-        way = np.linalg.norm(np.diff([self.centre, *self.waypoints], axis=0), axis=1).sum()
-        if way <= _FASTEST * seconds:
-            return False
-        self.centre, self.waypoints = self.waypoints[-1], []
-        return True
-
-    @property
-    def speed(self) -> float:
-        """Of the sphere in this advance, m/s."""
-        return self._path.speed
-
-    def begin(self, start: float, seconds: float) -> None:
-        """Set out on an advance of `seconds` from the time `start`, s, past the waypoints."""
-        self._path = Path([self.centre, *self.waypoints], start, seconds)
-        self.waypoints = []
-
-    def velocity(self, time: float, h: float) -> Array:
-        """Return the mean velocity, m/s, shape (3,), over the `h` s from `time` on."""
-        return self._path.velocity(time, h)
-
-    def end(self) -> None:
-        """Arrive."""
-        self.centre = self._path.end
+    centre = checked_vector(f'{name} position', position, parameter)
+    if float(np.linalg.norm(centre - sheet)) > _FARTHEST + size:
+        raise invalid_value_error(
+            f'{name} position',
+            centre.tolist(),
+            f'within {_FARTHEST:g} m of the sheet',
+            'bring it nearer',
+        )
+    x, y, z = centre.tolist()
+    return (x, y, z)

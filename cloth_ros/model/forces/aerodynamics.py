@@ -50,7 +50,7 @@ def _half_edge(position, p, q, ghost):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _facet(ax, ay, az, bx, by, bz, half, degenerate):  # type: ignore[no-untyped-def]
+def _scaled_normal(ax, ay, az, bx, by, bz, half, degenerate):  # type: ignore[no-untyped-def]
     """Return s with s sᵀ = A n nᵀ for the triangle between the edges a and b."""
     nx = half * (ay * bz - az * by)
     ny = half * (az * bx - ax * bz)
@@ -60,34 +60,34 @@ def _facet(ax, ay, az, bx, by, bz, half, degenerate):  # type: ignore[no-untyped
 
 
 @inlined
-def _add_outer(xx, xy, xz, yy, yz, zz, facets, first, i):  # type: ignore[no-untyped-def]
-    x, y, z = facets[first, i], facets[first + 1, i], facets[first + 2, i]
+def _add_outer(xx, xy, xz, yy, yz, zz, normals, first, i):  # type: ignore[no-untyped-def]
+    x, y, z = normals[first, i], normals[first + 1, i], normals[first + 2, i]
     return xx + x * x, xy + x * y, xz + x * z, yy + y * y, yz + y * z, zz + z * z
 
 
 @inlined
-def facets_of_quad(position, out, i, row, half, ghost, degenerate):  # type: ignore[no-untyped-def]
+def normals_of_quad(position, out, i, row, half, ghost, degenerate):  # type: ignore[no-untyped-def]
     """Write the s of both triangles of the quad that begins at particle i."""
     one = np.uint64(1)
     ax, ay, az = _half_edge(position, i, i + one, ghost)
     bx, by, bz = _half_edge(position, i, i + row, ghost)
     cx, cy, cz = _half_edge(position, i + row + one, i + row, ghost)
     dx, dy, dz = _half_edge(position, i + row + one, i + one, ghost)
-    out[0, i], out[1, i], out[2, i] = _facet(ax, ay, az, bx, by, bz, half, degenerate)
-    out[3, i], out[4, i], out[5, i] = _facet(cx, cy, cz, dx, dy, dz, half, degenerate)
+    out[0, i], out[1, i], out[2, i] = _scaled_normal(ax, ay, az, bx, by, bz, half, degenerate)
+    out[3, i], out[4, i], out[5, i] = _scaled_normal(cx, cy, cz, dx, dy, dz, half, degenerate)
 
 
 @inlined
-def matrix(facets, i, row, zero):  # type: ignore[no-untyped-def]
+def matrix(normals, i, row, zero):  # type: ignore[no-untyped-def]
     """Return M of particle i, from the six triangles around it."""
     one = np.uint64(1)
     xx, xy, xz, yy, yz, zz = zero, zero, zero, zero, zero, zero
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i)
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - one)
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - one)
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 0, i - row)
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row)
-    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, facets, 3, i - row - one)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 0, i)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 0, i - one)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 3, i - one)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 0, i - row)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 3, i - row)
+    xx, xy, xz, yy, yz, zz = _add_outer(xx, xy, xz, yy, yz, zz, normals, 3, i - row - one)
     return xx, xy, xz, yy, yz, zz
 
 

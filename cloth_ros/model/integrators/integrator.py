@@ -1,35 +1,33 @@
-"""Blocks of substeps, which methods are given, and the kicks and drifts that they make of them."""
+"""Interface of integrators: a batch of substeps as a sequence of kicks and drifts."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
-
-from ..state import State
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
-    from .kick_drift import KickDrift
+    from ...scene import Scene
+    from ..grid import Array
 
 
 class SubstepBatch(NamedTuple):
     """
-    Some substeps in a row, all of one length.
+    Consecutive substeps of one length.
 
     Attributes
     ----------
     substeps
-        How many.
+        Number of them.
     h
         Length of each, s.
-    spacing
-        Dissipation acts at least once in so many of them, an odd number.
+    dissipation_interval
+        Dissipation acts at least once in so many substeps, an odd number.
 
     """
 
     substeps: int
     h: float
-    spacing: int = 1
+    dissipation_interval: int = 1
 
 
 class Step(NamedTuple):
@@ -39,11 +37,11 @@ class Step(NamedTuple):
     Attributes
     ----------
     kick
-        Duration of the kick, s; None: there is a drift alone.
+        Duration of the kick, s; None: a drift alone.
     drift
         Duration of the drift, s.
     weight
-        What the air and the dashpots are multiplied by in the kick; 0: they are left out.
+        Factor of air and dashpots in the kick; 0: they are left out.
 
     """
 
@@ -52,51 +50,56 @@ class Step(NamedTuple):
     weight: int = 1
 
 
-class KickDriftIntegrator:
-    """What all methods do alike that make their blocks of `steps`."""
+class Integrator(Protocol):
+    """
+    An explicit integration method.
 
-    def __init__(self, kick_drift: KickDrift) -> None:
-        self._kick_drift = kick_drift
+    Attributes
+    ----------
+    name, order
+        Name as in `solver.method`, and order of the global error.
 
-    def steps(self, block: SubstepBatch) -> tuple[Step, ...]:
-        """Return the kicks and drifts of a block."""
-        raise NotImplementedError
+    """
 
-    def run(
-        self,
-        state: State,
-        blocks: Iterable[SubstepBatch],
-        moved: Callable[[float], None],
-        watched: Callable[[SubstepBatch], bool],
-    ) -> Iterator[None]:
-        """Carry `state` through `blocks`; see the package."""
-        for block in blocks:
-            steps = self.steps(block)
-            if watched(block):
-                for step in steps:
-                    self._kick_drift.carry(state, (step,))
-                    moved(step.drift)
-            else:
-                self._kick_drift.carry(state, steps)
-                moved(block.substeps * block.h)
-            yield
+    name: str
+    order: int
+
+    @staticmethod
+    def amplification(h: float, elastic: float, viscous: float) -> Array:
+        """Return the matrix of a step on ẍ = −λ x − μ ẋ, for (x, ẋ), shape (2, 2)."""
+        ...
+
+    @staticmethod
+    def stable_step(elastic: float, viscous: float) -> float:
+        """Return the longest stable step, s, for stiffness up to λ and damping up to μ."""
+        ...
+
+    @staticmethod
+    def accurate_step(scene: Scene) -> float:
+        """Return the longest step, s, that meets the tolerance of a scene, as a prediction."""
+        ...
+
+    @staticmethod
+    def steps(batch: SubstepBatch) -> tuple[Step, ...]:
+        """Return the kicks and drifts of a batch."""
+        ...
 
 
 @functools.lru_cache(maxsize=256)
-def plan(count: int, spacing: int) -> tuple[tuple[int, int], ...]:
+def dissipation_schedule(count: int, interval: int) -> tuple[tuple[int, int], ...]:
     """
-    Return when dissipation is to act in `count` substeps.
+    Return in which of `count` substeps dissipation acts.
 
     Returns
     -------
     tuple of (int, int)
-        A number of substeps without it, then one where it acts for so many (0: none).  Each of
-        these stands in the middle of the substeps that it acts for.
+        A number of substeps without dissipation, then one where it acts for so many (0: none).
+        Each of these is in the middle of the substeps for which it acts.
 
     """
     parts, before = [], 0
     while count:
-        weight = min(spacing, count)
+        weight = min(interval, count)
         weight -= 1 - weight % 2
         half = weight // 2
         parts.append((before + half, weight))

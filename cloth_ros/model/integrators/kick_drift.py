@@ -1,11 +1,9 @@
 """
-The forces of a scene, as an integration method sees them.
-
-Only what the scene has is made: a scene without air has no aerodynamics to skip.
+Kicks and drifts of a scene's particles, by the forces that the scene has.
 
 Springs are fast and dissipation is slow: the air, or a dashpot, changes a velocity far less in a
-substep than a stiff spring does.  A method may therefore let dissipation act in one substep of
-several, as many times as strongly, which is multiple time stepping with impulses (M. Tuckerman,
+substep than a stiff spring does.  An integrator may therefore apply dissipation in one substep of
+several, as many times as strongly: multiple time stepping with impulses (M. Tuckerman,
 B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992, section II).
 """
 
@@ -21,13 +19,15 @@ from ..forces import aerodynamics, springs
 from ..grid import Array, Grid
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
 from ..state import State
-from . import kick_drift_kernel
+from . import kick_drift_kernel as kernel
 from .integrator import Step
 
-# Particles from which on threads pay for their start.
-_WORTH_THREADS = 4096
-# Tables of passes that are kept: more are used at once in no motion.
-_TABLES = 64
+# Particles from which on several threads are faster than one.
+_MIN_THREADED = 4096
+# Tables of operations that are kept; one motion uses a few at a time.
+_MAX_TABLES = 64
+
+Vector = tuple[float, float, float]
 
 
 class KickDrift:
@@ -39,136 +39,131 @@ class KickDrift:
         v ← e^(−γ h) v + a (1 − e^(−γ h)) / γ,
 
     so that neither the decay nor the terminal velocity a/γ depends on the step.  Dashpots are
-    taken at the velocity in the middle of the kick (the explicit midpoint rule), which a second
-    evaluation of the springs pays.  So every kick is of second order at resting positions.
+    evaluated at the velocity in the middle of the kick (the explicit midpoint rule), at the price
+    of a second evaluation of the springs.  So every kick is of second order at resting positions.
 
     Parameters
     ----------
-    scene, lattice
-        What acts, and on what sheet.
-    wind
-        Velocity of the air, m/s, shape (3,), which the caller changes; without effect in a scene
-        without air.
+    scene, grid
+        Forces, and the sheet on which they act.
     dtype
         numpy.float32 or numpy.float64.
-    apart
-        True to accelerate apart from kicks, for whoever has to look in between.
-    more_drag
+    separate
+        True to accelerate and kick in separate loops, for callers of `accelerate`.
+    extra_drag
         Decay rate of velocity on top of the scene's, 1/s.
 
     Attributes
     ----------
     damped
-        True if accelerations depend on velocities: there are dashpots.
+        True if accelerations depend on velocities: the scene has dashpots.
     dissipative
-        True if there is something that the weight of a step applies to: dashpots or air.
+        True if the weight of a step matters: the scene has dashpots or air.
 
     """
 
     def __init__(
         self,
         scene: Scene,
-        lattice: Grid,
-        wind: Array,
+        grid: Grid,
         dtype: type,
         *,
-        apart: bool = False,
-        more_drag: float = 0.0,
+        separate: bool = False,
+        extra_drag: float = 0.0,
     ) -> None:
-        self.wind = wind
-        self._apart = apart
+        self._separate = separate
         present = {family.name for family in springs.spring_families(scene)}
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
         self.dissipative = self.damped or scene.has_air
-        self._drag, self._mass = scene.drag + more_drag, scene.sheet.particle_mass
+        self._drag, self._mass = scene.drag + extra_drag, scene.sheet.particle_mass
         self._dashpots = scene.springs.damping / scene.sheet.particle_mass
-        many = lattice.rows * lattice.columns >= _WORTH_THREADS
-        self._threads = shared_thread_pool(scene.solver.threads if many else 1)
-        apart = apart or self.dissipative
-        self._kernel = kick_drift_kernel.compose(
-            *(name in present for name in ('structural', 'shear', 'bending')),
+        threaded = grid.rows * grid.columns >= _MIN_THREADED
+        self._threads = shared_thread_pool(scene.solver.threads if threaded else 1)
+        separate = separate or self.dissipative
+        self._kernel = kernel.compose(
+            *(name in present for name in springs.SPRING_TYPES),
             self.damped,
             scene.has_air,
-            apart,
+            separate,
             dtype is np.float64,
         )
         self._tables: dict[tuple[Step, ...], Array] = {}
-        self._range = (lattice.begin, lattice.end, lattice.stride)
-        self._springs = tuple(dtype(number) for number in springs.constants(scene))
+        self._range = (grid.begin, grid.end, grid.stride)
+        self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
-        # What a scene does without needs no memory, but a shape that the kernel can take.
-        needless: Array = np.zeros((3, 0), dtype)
-        self._facets = lattice.field(dtype, components=6) if scene.has_air else needless
-        self._middle = lattice.field(dtype) if apart else needless
-        self._work = np.zeros((lattice.end - lattice.begin) // CHUNK + 1)
+        # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
+        unused: Array = np.zeros((3, 0), dtype)
+        self._normals = grid.field(dtype, components=6) if scene.has_air else unused
+        self._midpoint = grid.field(dtype) if separate else unused
+        self._work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 
-    def carry(self, state: State, steps: tuple[Step, ...]) -> None:
-        """Carry `state` through `steps`."""
+    def apply(self, state: State, steps: tuple[Step, ...], air_velocity: Vector) -> None:
+        """Make the kicks and drifts of `steps` in air of a velocity, m/s."""
         table = self._tables.get(steps)
         if table is None:
-            if len(self._tables) == _TABLES:
+            if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
-            table = np.array([row for step in steps for row in self._rows(step)])
+            table = np.array([row for step in steps for row in self.operations(step)])
             self._tables[steps] = table
-        self._make(state, table)
+        self.run(state, table, air_velocity)
 
     def accelerate(self, state: State) -> None:
-        """Write the accelerations by gravity, springs and dashpots; `apart` must be true."""
-        self._make(
-            state, np.array([(kick_drift_kernel.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)])
-        )
+        """Write the accelerations by gravity, springs and dashpots; needs `separate`."""
+        table = np.array([(kernel.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)])
+        self.run(state, table, (0.0, 0.0, 0.0))
 
     def take_work(self) -> float:
-        """Return the work of the air on what it has sped up since the last call, J."""
+        """Return the work, J, of the air on what it has accelerated since the last call."""
         work = self._mass * float(self._work.sum())
         self._work[:] = 0
         return work
 
-    def _rows(self, step: Step) -> Iterator[tuple[float, ...]]:
-        """Yield the passes of a step: kind, decay, gain, drift, dashpots, air; see `passes`."""
+    def operations(self, step: Step) -> Iterator[tuple[float, ...]]:
+        """Yield the rows of the kernel's table for a step, see `kick_drift_kernel`."""
         h, drift, weight = step
         if h is None:
-            yield (kick_drift_kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
+            yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
             return
-        decay, gain = self._drag_of(h)
-        if not self._apart and (weight == 0 or not self.dissipative):
-            yield (kick_drift_kernel.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
+        decay, gain = self._drag_factors(h)
+        if not self._separate and (weight == 0 or not self.dissipative):
+            yield (kernel.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
             return
         dashpots = weight * self._dashpots
-        yield (kick_drift_kernel.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
+        yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
         if self._air:
-            yield (kick_drift_kernel.FACETS, 1.0, 0.0, 0.0, 0.0, 0.0)
+            yield (kernel.TRIANGLES, 1.0, 0.0, 0.0, 0.0, 0.0)
         if self.damped:
-            first = self._drag_of(0.5 * h)
-            yield (kick_drift_kernel.KICK_MIDDLE, *first, 0.0, 0.0, weight * first[1] * self._air)
-            yield (kick_drift_kernel.ACCELERATE_MIDDLE, 1.0, 0.0, 0.0, dashpots, 0.0)
-        yield (kick_drift_kernel.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
+            half = self._drag_factors(0.5 * h)
+            yield (kernel.KICK_TO_MIDPOINT, *half, 0.0, 0.0, weight * half[1] * self._air)
+            yield (kernel.ACCELERATE_AT_MIDPOINT, 1.0, 0.0, 0.0, dashpots, 0.0)
+        yield (kernel.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
 
-    def _make(self, state: State, table: Array) -> None:
-        """Make the passes of a table."""
+    def run(self, state: State, table: Array, air_velocity: Vector) -> None:
+        """Run the operations of a table, shape (n, 6)."""
+        x, y, z = air_velocity
         number = state.dtype
         self._threads.run(
             self._kernel,
             *self._range,
             table,
             state.position,
-            state.other,
+            state.back_buffer,
             state.velocity,
-            self._middle,
+            self._midpoint,
             state.acceleration,
-            self._facets,
+            self._normals,
             state.free,
             self._springs,
-            tuple(map(number, self.wind)),
+            (number(x), number(y), number(z)),
             self._bounds,
             self._work,
         )
-        if np.count_nonzero(table[:, 0] <= kick_drift_kernel.KICK) % 2:
-            state.position, state.other = state.other, state.position
+        if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
+            state.position, state.back_buffer = state.back_buffer, state.position
 
-    def _drag_of(self, h: float) -> tuple[float, float]:
-        """Return what a kick of `h` s multiplies velocities and accelerations by, 1 and s."""
+    def _drag_factors(self, h: float) -> tuple[float, float]:
+        """Return the factors of velocity, 1, and acceleration, s, in a kick of `h` s."""
         if self._drag == 0:
             return 1.0, h
         return math.exp(-self._drag * h), -math.expm1(-self._drag * h) / self._drag

@@ -4,13 +4,13 @@ Position Verlet: half a drift, a kick, half a drift.
     x ← x + h/2 v,   v ← v + h a(x, v),   x ← x + h/2 v
 
 Second order and symplectic (M. Tuckerman, B. J. Berne, G. J. Martyna, J. Chem. Phys. 97, 1992,
-section II).  Velocity Verlet, half a kick, a drift, half a kick, is the same sequence begun at
-another place.  This one needs no forces at the ends of an advance, so that n steps take n
-evaluations of them: the two half drifts between neighbouring kicks are made as one.
+section II).  Velocity Verlet, half a kick, a drift, half a kick, is the same sequence from
+another starting point.  Position Verlet needs no forces at the ends of an advance: n steps take n
+evaluations, and the two half drifts between consecutive kicks are made as one.
 
-Forces that depend on the velocity are what a kick has to integrate to second order at resting
-positions, and `Dynamics` does.  In a block of an odd number of steps dissipation may act in the
-middle one alone, for all of them: that is symmetric, and so still of second order.
+`KickDrift` integrates velocity-dependent forces to second order within a kick.  In a batch of an
+odd number of steps, dissipation may act in the middle one alone, for all of them: that is
+symmetric, and so still of second order.
 """
 
 from __future__ import annotations
@@ -22,18 +22,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..grid import Array
-from .integrator import KickDriftIntegrator, Step, SubstepBatch, plan
+from ..stability import rate_bounds
+from .integrator import Step, SubstepBatch, dissipation_schedule
 
 if TYPE_CHECKING:
     from ...scene import Scene
 
-# Position error at the stability limit, as a share of the sheet's diagonal: what cloth_tradeoff
-# measures on the scenes of config/, where they are not chaotic.
+# Position error at the stability limit, as a share of the sheet's diagonal, as cloth_tradeoff
+# measures it on the scenes of config/ where they are not chaotic.
 _ERROR_AT_LIMIT = 2e-4
 
 
-class PositionVerlet(KickDriftIntegrator):
-    """Position Verlet."""
+class PositionVerlet:
+    """Position Verlet: drift, kick, drift."""
 
     name = 'position_verlet'
     order = 2
@@ -69,27 +70,27 @@ class PositionVerlet(KickDriftIntegrator):
     @staticmethod
     def accurate_step(scene: Scene) -> float:
         """
-        Return the step whose error is about the tolerance, s.
+        Return the step, s, whose error is about the tolerance.
 
-        The error is known by measurement at the stability limit, and falls with the square of
-        the step.
+        The error was measured at the stability limit, and is proportional to the step squared.
         """
         at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
         if at_limit == 0:
             return math.inf
-        limit = PositionVerlet.stable_step(*scene.rate_bounds())
+        limit = PositionVerlet.stable_step(*rate_bounds(scene))
         return limit * math.sqrt(scene.solver.tolerance / at_limit)
 
-    def steps(self, block: SubstepBatch) -> tuple[Step, ...]:
-        """Return the kicks and drifts of a block."""
-        return _steps(*block)
+    @staticmethod
+    def steps(batch: SubstepBatch) -> tuple[Step, ...]:
+        """Return the kicks and drifts of a batch."""
+        return _steps(*batch)
 
 
 @functools.lru_cache(maxsize=64)
-def _steps(count: int, h: float, spacing: int) -> tuple[Step, ...]:
+def _steps(count: int, h: float, dissipation_interval: int) -> tuple[Step, ...]:
     weights: list[int] = []
-    for plain, weight in plan(count, spacing):
-        weights += [0] * plain + [weight] * (weight > 0)
+    for undamped, weight in dissipation_schedule(count, dissipation_interval):
+        weights += [0] * undamped + [weight] * (weight > 0)
     drifts = [h] * (count - 1) + [0.5 * h]
     kicks = (Step(h, drift, weight) for drift, weight in zip(drifts, weights, strict=True))
     return (Step(None, 0.5 * h), *kicks)

@@ -1,7 +1,7 @@
 """
 Atomic operations on elements of an array of numpy.int64, for threads in compiled kernels.
 
-Numba has none for processors; these are LLVM's.
+Numba has them for GPUs only; these emit LLVM's instructions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _load(_: Any, array: Any, index: Any) -> Any:
     return types.int64(array, types.int64), generate
 
 
-def _increment(_: Any, array: Any, index: Any) -> Any:
+def _fetch_add(_: Any, array: Any, index: Any) -> Any:
     def generate(*given: Any) -> Any:
         one = given[0].get_constant(types.int64, 1)
         return given[1].atomic_rmw('add', _pointer(*given), one, 'acq_rel')
@@ -34,7 +34,7 @@ def _increment(_: Any, array: Any, index: Any) -> Any:
     return types.int64(array, types.int64), generate
 
 
-def _replace(_: Any, array: Any, index: Any, expected: Any, value: Any) -> Any:
+def _compare_exchange(_: Any, array: Any, index: Any, expected: Any, value: Any) -> Any:
     def generate(*given: Any) -> Any:
         _, builder, _, arguments = given
         pointer = _pointer(*given)
@@ -46,7 +46,8 @@ def _replace(_: Any, array: Any, index: Any, expected: Any, value: Any) -> Any:
 
 # load(array, index): the element.
 load: Kernel = intrinsic(_load)
-# increment(array, index): add 1; returns what was there.
-increment: Kernel = intrinsic(_increment)
-# replace(array, index, expected, value): write `value` if `expected` is there; returns what was.
-replace: Kernel = intrinsic(_replace)
+# fetch_add(array, index): add 1; returns the old value.
+fetch_add: Kernel = intrinsic(_fetch_add)
+# compare_exchange(array, index, expected, value): write `value` where `expected` is; returns
+# the old value.
+compare_exchange: Kernel = intrinsic(_compare_exchange)

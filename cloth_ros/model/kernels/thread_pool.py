@@ -1,15 +1,18 @@
 """
-Threads that share the loops of a kernel.
+Thread pool for the loops of a kernel.
 
-A kernel makes one or more passes over the particles.  Each pass is cut into chunks of the same
-particles whatever the number of threads, so that the result has the same bits with any.  Every
-thread has a part of the chunks, which it finds in its cache from one pass to the next, and takes
-from the others' parts when it is through with its own; a pass begins when all chunks of the one
-before are done.  So nobody waits for a thread that the system has not let run yet: with another
-load on the machine a team is as fast as one thread, and not slower.  Teams of all sizes share
-their threads, so that there are no more of them than the largest has.
+A kernel makes one or more loops over the particles.  Each loop is cut into chunks, the same ones
+for every number of threads, so that the result has the same bits with any number.  Each thread
+owns a part of the chunks, which stays in its cache from one loop to the next, and takes chunks of
+the other threads when its own are done.  A loop begins when all chunks of the one before are done.
+So no thread waits for one that the system has not scheduled yet: beside another load a pool is as
+fast as one thread, not slower.  Pools of all sizes share their threads.
 
-Threads claim chunks by tickets: one counter per thread's part, counted up over all passes.
+Two threads at 128 × 128 take 2.8 to 3.7 ns per particle and substep with this pool, and 3.9 ns
+with Numba's `prange`, which launches its threads anew in each loop.
+
+Threads claim chunks by tickets: one counter per thread, for its part of the chunks, counts up over
+all loops.
 """
 
 from __future__ import annotations
@@ -26,17 +29,17 @@ import numpy as np
 from numba import types
 
 from ..grid import Array
-from .atomic import increment, load, replace
+from .atomic import compare_exchange, fetch_add, load
 from .jit import Kernel, exact, inlined
 
-# Particles in a chunk: 4 µs of springs, and a whole number of vectors of any kind, however the
+# Particles in a chunk: 4 µs of springs, and a whole number of vectors of any width, however the
 # compiler unrolls its loops.
 CHUNK = 1024
-# Counters stand on cache lines of their own: the first counts finished chunks.
+# Each counter has a cache line of its own, of so many numbers; the first counts finished chunks.
 _LINE = 8
-# Looks at a counter before the processor is offered to others.
+# Reads of a counter before the thread yields its processor.
 _SPINS = 2000
-# Further looks, some 0.3 µs each, before a thread goes to sleep.
+# Further reads, some 0.3 µs each, before a thread sleeps.
 _YIELDS = 500
 
 _sched_yield = types.ExternalFunction('sched_yield', types.int32())
@@ -44,13 +47,13 @@ _sched_yield = types.ExternalFunction('sched_yield', types.int32())
 
 @inlined
 def chunk_length(threads, begin, end):  # type: ignore[no-untyped-def]
-    """Return the length of the chunks: one thread alone takes a pass at once."""
+    """Return the length of a chunk: one thread alone makes a loop in one piece."""
     return end - begin if threads == 1 else CHUNK
 
 
 @inlined
 def claim_chunk(counters, thread, threads, chunks, number):  # type: ignore[no-untyped-def]
-    """Return a chunk of pass `number` that is from now on this thread's, or -1."""
+    """Claim a chunk of loop `number` for this thread; return its index, or -1 if none is left."""
     for other in range(threads):
         owner = (thread + other) % threads
         first = chunks * owner // threads
@@ -58,7 +61,7 @@ def claim_chunk(counters, thread, threads, chunks, number):  # type: ignore[no-u
         index = _LINE * (owner + 1)
         ticket = load(counters, index)
         while ticket < (number + 1) * count:
-            found = replace(counters, index, ticket, ticket + 1)
+            found = compare_exchange(counters, index, ticket, ticket + 1)
             if found == ticket:
                 return first + ticket - number * count
             ticket = found
@@ -66,26 +69,26 @@ def claim_chunk(counters, thread, threads, chunks, number):  # type: ignore[no-u
 
 
 @inlined
-def notify(posted, thread):  # type: ignore[no-untyped-def]
+def notify(notified, thread):  # type: ignore[no-untyped-def]
     """
-    Call the others, from within the kernel.
+    Wake the spinning threads of the pool, from within the kernel of the calling thread.
 
-    They need Python's lock to come, and the caller has just released it; to wait for it is to be
-    woken by the system.
+    They need the GIL to take their task.  Only here has the caller released it; a thread that
+    waited for the GIL instead would be woken by the system, which takes longer than a loop.
     """
     if thread == 0:
-        increment(posted, 0)
+        fetch_add(notified, 0)
 
 
 @inlined
 def mark_done(counters):  # type: ignore[no-untyped-def]
-    """Note that a claimed chunk is done."""
-    increment(counters, 0)
+    """Count a claimed chunk as done."""
+    fetch_add(counters, 0)
 
 
 @exact
-def wait(counters, chunks, number):  # type: ignore[no-untyped-def]
-    """Wait until all chunks of pass `number` are done."""
+def barrier(counters, chunks, number):  # type: ignore[no-untyped-def]
+    """Wait until all chunks of loop `number` are done."""
     spins = 0
     while load(counters, 0) < (number + 1) * chunks:
         spins += 1
@@ -94,10 +97,10 @@ def wait(counters, chunks, number):  # type: ignore[no-untyped-def]
 
 
 @exact
-def _expect(posted, taken):  # type: ignore[no-untyped-def]
-    """Wait a little for a task: being woken by the system takes longer than a pass."""
+def _spin(notified, call):  # type: ignore[no-untyped-def]
+    """Wait a while for the call after `call`: to be woken by the system takes longer."""
     spins = 0
-    while load(posted, 0) == taken and spins < _SPINS + _YIELDS:
+    while load(notified, 0) == call and spins < _SPINS + _YIELDS:
         spins += 1
         if spins > _SPINS:
             _sched_yield()
@@ -105,70 +108,70 @@ def _expect(posted, taken):  # type: ignore[no-untyped-def]
 
 _Task = tuple[int, Kernel, Array, Array, int, int, tuple[Any, ...]]
 
-# Those of all threads there are besides the callers of teams.
+# Queues of all threads besides the callers of pools.
 _queues: list[SimpleQueue[_Task]] = []
 _growth = threading.Lock()
-_teams: WeakSet[ThreadPool] = WeakSet()
+_pools: WeakSet[ThreadPool] = WeakSet()
 
 
-def _work(tasks: SimpleQueue[_Task]) -> None:
+def _run_tasks(tasks: SimpleQueue[_Task]) -> None:
     while True:
-        call, kernel, posted, counters, thread, threads, arguments = tasks.get()
-        kernel(posted, counters, thread, threads, *arguments)
-        del kernel, counters, arguments  # they are a cloth's, which may end while this waits
-        # The next task is most likely of the same team.
-        _expect(posted, call)
+        call, kernel, notified, counters, thread, threads, arguments = tasks.get()
+        kernel(notified, counters, thread, threads, *arguments)
+        del kernel, counters, arguments  # arrays of a cloth that may be deleted meanwhile
+        # The next task most likely comes from the same pool.
+        _spin(notified, call)
 
 
-def _queues_of(count: int) -> list[SimpleQueue[_Task]]:
-    """Return the queues of so many threads, which are started unless they run already."""
+def _worker_queues(count: int) -> list[SimpleQueue[_Task]]:
+    """Return the queues of so many threads; those that do not run yet are started."""
     with _growth:
         while len(_queues) < count:
             tasks: SimpleQueue[_Task] = SimpleQueue()
             try:
-                threading.Thread(target=_work, args=(tasks,), daemon=True).start()
-            except RuntimeError:  # there are no more to be had; any number will do
+                threading.Thread(target=_run_tasks, args=(tasks,), daemon=True).start()
+            except RuntimeError:  # the system has no more threads; fewer give the same result
                 break
             _queues.append(tasks)
         return _queues[:count]
 
 
 class ThreadPool:
-    """A number of threads, the caller's among them."""
+    """A number of threads, the calling one included."""
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
-        self._posted = np.zeros(1, np.int64)
-        self._calls = itertools.count(1)  # which threads can share, as they cannot an integer
-        self._tasks = _queues_of(threads - 1)
-        _teams.add(self)
+        self._notified = np.zeros(1, np.int64)
+        self._calls = itertools.count(1)  # safe to share between threads, as an integer is not
+        self._tasks = _worker_queues(threads - 1)
+        _pools.add(self)
 
-    def go_alone(self) -> None:
-        """Wait for no other thread from here on."""
+    def use_calling_thread_only(self) -> None:
+        """Run everything in the calling thread from now on."""
         self._tasks = []
 
     def run(self, kernel: Kernel, *arguments: Any) -> None:
-        """Run ``kernel(posted, counters, thread, threads, *arguments)`` in all, to its end."""
-        # New counters: a thread that comes late must find those of its own call used up.
+        """Run ``kernel(notified, counters, thread, threads, *arguments)`` in all threads."""
+        # New counters in each call: a thread that is late must find those of its own call used up.
         counters = np.zeros(_LINE * (self.threads + 1), np.int64)
-        call, posted = next(self._calls), self._posted
+        call, notified = next(self._calls), self._notified
         for number, tasks in enumerate(self._tasks, 1):
-            tasks.put((call, kernel, posted, counters, number, self.threads, arguments))
-        kernel(posted, counters, 0, self.threads, *arguments)
+            tasks.put((call, kernel, notified, counters, number, self.threads, arguments))
+        kernel(notified, counters, 0, self.threads, *arguments)
 
 
 @functools.cache
 def shared_thread_pool(threads: int) -> ThreadPool:
-    """Return the team of this size, which all cloths share."""
+    """Return the pool of this size, which all cloths share."""
     return ThreadPool(threads)
 
 
 def _after_fork() -> None:
-    """Threads do not come along into a forked process: teams that there were go on alone."""
+    """Continue without workers: threads are not copied into a forked process."""
     _queues.clear()
     shared_thread_pool.cache_clear()
-    for team in _teams:
-        team.go_alone()
+    for pool in _pools:
+        pool.use_calling_thread_only()
 
 
 os.register_at_fork(after_in_child=_after_fork)

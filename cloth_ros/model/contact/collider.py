@@ -1,0 +1,45 @@
+"""Interface of colliders: rigid bodies that move as commanded, whatever the cloth does."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+from ..grid import Array
+from ..inputs import Inputs, Vector
+from ..state import State
+
+
+@runtime_checkable
+class Collider(Protocol):
+    """
+    What a cloth tells about a collider, beside `interaction.Interaction`.
+
+    Attributes
+    ----------
+    name
+        Unique in the scene.
+    initial_position
+        Position parameter of the scene, m.
+    max_penetration
+        Greatest depth, m, of a triangle in the collider after the last substep, where it is above
+        the tolerance.
+
+    """
+
+    name: str
+    initial_position: Vector
+    max_penetration: float
+
+    @property
+    def position(self) -> Vector:
+        """Position in the world now, m."""
+        ...
+
+    def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:
+        """Return a commanded position, m, near a sheet at `sheet`, m; raises ValueError."""
+        ...
+
+    def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
+        """Return False if no contact is possible within `seconds`; compiles no kernel."""
+        ...

@@ -1,0 +1,85 @@
+"""Immutable copy of a simulation: everything that later results depend on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..scene import Scene
+from .energy_monitor import EnergyAccount
+from .grid import Array, Grid, flat_sheet
+from .inputs import Inputs
+from .resample import interpolate
+
+# Distance, in spacings, within which a pin counts as still being at its initial position.
+_NEAR = 2.0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """
+    State of a cloth between two advances.
+
+    After `restore`, the same advance with the same inputs gives the same bits.  Copies to another
+    precision, grid or scene, roll-back and the finer solution of the error estimate use it too.
+
+    Attributes
+    ----------
+    scene
+        Parameters of the cloth.
+    grid
+        Layout of the arrays.
+    origin
+        Origin of the positions, m, shape (3,).
+    position, velocity
+        m from `origin` and m/s, shape (3, size), in the precision of the cloth.
+    time
+        Simulated time, s.
+    work
+        Of air and colliders since the start, J.
+    interactions
+        Snapshots of colliders and other interactions, by name.
+    account
+        State of the energy monitor; None if it has not measured yet, or there is none.
+    inputs
+        Commands that hold for the next advance.
+
+    """
+
+    scene: Scene
+    grid: Grid
+    origin: Array
+    position: Array
+    velocity: Array
+    time: float
+    work: float
+    interactions: Mapping[str, Any]
+    account: EnergyAccount | None
+    inputs: Inputs
+
+    def resampled(self, scene: Scene) -> Snapshot:
+        """
+        Return this state on the grid of another scene, linearly between its own particles.
+
+        A pin that is near its initial position is placed there exactly: it must not move when
+        grids are changed.  Pins that were set while the cloth ran stay where the cloth was.
+        """
+        sheet = scene.sheet
+        grid = Grid(sheet.rows, sheet.columns)
+        initial = flat_sheet(sheet.rows, sheet.columns, sheet.spacing, sheet.orientation)
+        initial += (np.array(sheet.position) - self.origin)[:, None, None]
+        there = self._on_grid(self.position, grid)
+        near = np.linalg.norm(there - initial, axis=0) < _NEAR * max(sheet.spacing)
+        position, velocity = grid.field(float), grid.field(float)
+        grid.interior(position)[...] = np.where(scene.pinned() & near, initial, there)
+        grid.interior(velocity)[...] = self._on_grid(self.velocity, grid)
+        return replace(self, scene=scene, grid=grid, position=position, velocity=velocity)
+
+    def _on_grid(self, field: Array, grid: Grid) -> Array:
+        """Return a flat field on another grid, shape (3, rows, columns)."""
+        samples = np.moveaxis(self.grid.interior(field), 0, -1)[None]
+        there: Array = np.moveaxis(interpolate(samples, grid.rows, grid.columns)[0], -1, 0)
+        return there
