@@ -161,7 +161,7 @@ def study_arguments(draw: st.DrawFn) -> list[str]:
     return [*chain(*chosen), *draw(wrong)]
 
 
-@times(0.5)
+@times(0.4)
 @given(arguments=study_arguments())
 def test_command_lines_of_the_study(arguments, folder, capsys, outcomes):
     """Command lines of cloth_tradeoff that it cannot take: exit code 2 and one line."""

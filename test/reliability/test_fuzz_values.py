@@ -77,7 +77,7 @@ def test_parameters_known_to_be_invalid(way):
         assert make_scene(way, changes), changes
 
 
-@times(9)
+@times(4)
 @given(
     way=st.sampled_from(['with_parameters', 'from_parameters', 'nested']),
     changes=mostly(st.lists(entries(), min_size=1, max_size=3).map(dict), anything()),
@@ -182,7 +182,7 @@ def is_long(value: object) -> bool:
 SECONDS = st.floats(0, 0.05) | st.sampled_from([-1e-9, 1e6 + 1, -0.0, 5e-324])
 
 
-@times(1.5)
+@times(0.75)
 @given(
     command=st.one_of(
         st.tuples(st.just('advance'), SECONDS | anything().filter(lambda x: not is_long(x))),
