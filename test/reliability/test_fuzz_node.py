@@ -144,7 +144,7 @@ def test_messages(node, batch, outcomes):
     assert not node.listener.not_finite
 
 
-@times(0.01)
+@times(0.015)
 @given(batch=st.lists(damaged(), min_size=40, max_size=80))
 def test_damaged_messages(node, batch, outcomes):
     """Bytes that are no message, or a damaged one: dropped by DDS, accepted, or counted."""
@@ -172,7 +172,7 @@ def clock(node):
                              or not node.timed)  # fmt: skip
 
 
-@times(0.005)
+@times(0.01)
 @given(batch=st.lists(TIMES, min_size=60, max_size=90))
 def test_clock_messages(node, clock, batch, outcomes):
     """Messages on /clock: followed, replaced by a newer one, or refused and counted."""
