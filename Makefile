@@ -1,5 +1,6 @@
 # make run   a live cloth; SCENE=config/… picks another scene
-# make test  ruff, mypy and pytest
+# make test       ruff, mypy, import-linter and pytest, in minutes
+# make test-all   the rest of the tests: those that take longer
 # make pictures   the pictures of the README, into docs/pictures
 # make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
 # make bench      what a substep costs, beside the machine's limit and other engines
@@ -22,7 +23,7 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test pictures study bench reliability torture extremes fuzz faults soak clean
+.PHONY: run test test-all pictures study bench reliability torture extremes fuzz faults soak clean
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -31,7 +32,11 @@ test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
-	$(VENV)/bin/python -m pytest $(PYTEST_ARGS)
+	$(VENV)/bin/lint-imports --no-cache
+	$(VENV)/bin/python -m pytest -m 'not slow' $(PYTEST_ARGS)
+
+test-all: $(VENV)/.ready-test-$(ROS)
+	$(VENV)/bin/python -m pytest -m slow $(PYTEST_ARGS)
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures

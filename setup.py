@@ -22,17 +22,20 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'matplotlib', 'tqdm'],
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
         # rclpy is used, so they are no requirement of the package itself.
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        # What the study, cloth_tradeoff, needs; the node does without.
+        'tradeoff': ['matplotlib', 'scipy', 'tqdm'],
         'test': [
             'pytest',
             'pytest-benchmark',
             'pytest-timeout',
+            'pytest-xdist',
             'hypothesis',
-            'scipy',
+            'import-linter',
             'ruff',
             'mypy',
             'types-PyYAML',

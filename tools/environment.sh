@@ -29,13 +29,13 @@ done
 "$python" -c 'import ensurepip, venv' 2> /dev/null \
     || fail "$python cannot make virtual environments; install its venv package (Debian, Ubuntu: apt install python3-venv)"
 
-extras=
-[ "$purpose" = run ] || extras=$purpose
+extras=tradeoff
+[ "$purpose" = run ] || extras+=,$purpose
 options=
 if [ "$ros" = wheels ]; then
     [ "$(uname -sm)" = 'Linux x86_64' ] \
         || fail "the wheels of ROS 2 are for Linux on x86_64, this is $(uname -sm); source a ROS 2 Jazzy installation instead"
-    extras=ros${extras:+,$extras}
+    extras=ros,$extras
 else
     "$python" -c 'import rclpy' 2> /dev/null \
         || fail "ROS 2 is sourced, but $python has no rclpy; install ros-$ROS_DISTRO-rclpy, or name its Python: make PYTHON=…"
@@ -49,6 +49,6 @@ fi
 echo "cloth_ros: preparing the environment in $venv for make $purpose; the first time takes about a minute"
 [ -d "$venv" ] || "$python" -m venv $options "$venv"
 "$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
-    --editable ".${extras:+[$extras]}" \
+    --editable ".[$extras]" \
     || fail 'pip could not install what is needed, see above; is there a network?'
 touch "$venv/.ready-$2"

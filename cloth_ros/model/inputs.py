@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Inputs:
     """
     Everything external that acts on a cloth during one advance.

@@ -1,9 +1,9 @@
 """
-How much memory a scene takes at most, and how much of it there is.
+Memory that a scene needs, and memory that is available.
 
 Counted from the arrays, per particle, and confirmed by the peak of resident memory of real
-processes (`test_memory.py`).  What Python, Numba and rclpy take themselves, some 200 MB, is the
-same for every scene and is left out.
+processes (`test_memory.py`).  Python, Numba and rclpy need some 200 MB themselves, which are the
+same for every scene and not counted.
 """
 
 from __future__ import annotations
@@ -21,20 +21,19 @@ from .time_step import precision_for
 
 # Share of the memory that one scene may take.
 _SHARE = 0.5
-# Bytes per particle that are there for a while only: energies, strains and contacts are computed
-# in double precision.
+# Temporary bytes per particle: energies, strains and contacts are computed in double precision.
 _WORKING = 180
 # Bytes per particle in messages: six real numbers; six corners of two triangles, of three doubles
 # each; and both ends of each spring.
 _PARTICLES, _TRIANGLES, _SPRING = 24, 144, 48
-# How often a message is there at once: as a template, as bytes, and in the queues of DDS.
+# Copies of a message at one time: as arrays, as bytes, and in the queues of DDS.
 _COPIES = 10
 
 
 def _kept(scene: Scene, precision: str) -> int:
-    """Return the bytes per particle that a cloth holds on to."""
+    """Return the permanent bytes per particle of a cloth."""
     dissipative = scene.has_air or scene.springs.damping > 0
-    # Of `State`, of what it was before an advance, of `Dynamics`.
+    # Of `State`, of the snapshot at the start of a batch, of `KickDrift`.
     components = 13 + 6 + 6 * scene.has_air + 3 * dissipative
     contact = 12 * (scene.sphere.radius > 0)  # three lists of indices
     return components * (8 if precision == 'double' else 4) + contact
@@ -63,8 +62,8 @@ def of_node(scene: Scene) -> int:
     """Return the bytes that a live node takes at most for the scene, its messages included."""
     size = Grid(scene.sheet.rows, scene.sheet.columns).size
     messages = of_message(scene, 'particles') + of_message(scene, 'markers')
-    twin = _kept(scene, 'double') + _WORKING // 2  # of the error monitor
-    return of_cloth(scene) + _COPIES * messages + size * twin
+    fine = _kept(scene, 'double') + _WORKING // 2  # solution of the error estimate
+    return of_cloth(scene) + _COPIES * messages + size * fine
 
 
 def check(scene: Scene, needed: int, memory: int | None = None) -> None:
@@ -74,16 +73,16 @@ def check(scene: Scene, needed: int, memory: int | None = None) -> None:
     Parameters
     ----------
     scene
-        What is to be made.
+        Names the size of the sheet in the error.
     needed
-        What it takes, bytes; see `of_cloth` and `of_node`.
+        Bytes; see `of_cloth` and `of_node`.
     memory
-        What there is, bytes; None: what this process may use.
+        Available bytes; None: what this process may use.
 
     Raises
     ------
     ValueError
-        It takes more than half.
+        More than half of the memory is needed.
 
     """
     most = _SHARE * (available() if memory is None else memory)
@@ -92,7 +91,7 @@ def check(scene: Scene, needed: int, memory: int | None = None) -> None:
         raise invalid_value_error(
             f'the memory for {sheet.rows} × {sheet.columns} particles in MB',
             round(needed / 1e6),
-            f'at most {most / 1e6:.0f}, half of what there is',
+            f'at most {most / 1e6:.0f}, half of the memory',
             'lower sheet.rows or sheet.columns',
         )
 
@@ -102,12 +101,12 @@ def available(root: str = '/') -> int:
     """
     Return the memory that this process may use, bytes.
 
-    That of the machine, or what a control group or `ulimit -v` leaves of it.
+    That of the machine, or less where a control group or `ulimit -v` limits it.
 
     Parameters
     ----------
     root
-        Where `proc` and `sys` are.
+        Folder of `proc` and `sys`.
 
     """
     proc, groups = Path(root, 'proc'), Path(root, 'sys/fs/cgroup')
@@ -131,7 +130,7 @@ def available(root: str = '/') -> int:
             folder, file = groups / 'memory', 'memory.limit_in_bytes'
         else:
             continue
-        # A limit holds for all groups below, and a container sees its own at the top.
+        # A limit applies to all groups below, and a container sees its own at the top.
         path = PurePosixPath(name.lstrip('/'))
         for group in (path, *path.parents):
             try:

@@ -1,13 +1,13 @@
 """
-The same cloth on another grid.
+Resampling: the same cloth on another grid.
 
-What the cloth is made of stays: its mass, its size, and its stiffness as a sheet.  The structural
-and shear stiffness of a square grid does not depend on the spacing d.  The bending springs act
-on the second difference of the positions, which is the curvature times d², in a cell of area d²:
-for the same resistance to bending their stiffness is scaled with 1/d².  (They are springs still:
-they also resist stretching, and a curvature of a flat sheet only to higher order; the distance
-of grids has that in it.)  Pins are moved to the particles nearest to where they were, and written
-as slices, for there may be more of them than a scene takes strings.
+Mass, size and the stiffness as a sheet stay the same.  The structural and shear stiffness of a
+square grid does not depend on the spacing d.  The bending springs act on the second difference
+of the positions, which is the curvature times d², in a cell of area d²: for the same resistance
+to bending their stiffness is scaled with 1/d².  (They are springs all the same: they also resist
+stretching, and resist the curvature of a flat sheet only to higher order; the difference between
+grids includes that.)  Pins are moved to the nearest particles, and written as slices, because
+there may be more of them than a scene takes strings.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..scene.parameter import MAX_LIST_LENGTH
 from .grid import Array
 from .kernels.jit import exact
 
-# Particles along a side that a finer grid is not to exceed.
+# Most particles along a side of a finer grid.
 _MOST = 512
 
 
@@ -55,7 +55,7 @@ def resample_scene(scene: Scene, factor: float) -> Scene | None:
 
 
 def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
-    """Return the pins of a grid of other size, those of all rows that are alike together."""
+    """Return the pins on a grid of another size; equal rows are written together."""
     wanted = np.argwhere(pinned) / np.maximum(np.array(pinned.shape) - 1, 1)
     moved = np.zeros((rows, columns), bool)
     moved[tuple(np.rint(wanted * (rows - 1, columns - 1)).astype(int).T)] = True
@@ -71,7 +71,7 @@ def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
 
 
 def _slices(indices: list[int]) -> list[str]:
-    """Return ascending indices as slices of equal steps, each as long as it can be."""
+    """Return ascending indices as slices of equal steps, each as long as possible."""
     slices = []
     left = dict.fromkeys(indices)
     while left:
@@ -107,14 +107,14 @@ def _interpolate(field, out):  # type: ignore[no-untyped-def]
 
 def interpolate(positions: Array, rows: int, columns: int) -> Array:
     """
-    Return where the particles of one grid are on another, linearly between its own.
+    Return positions on another grid, by linear interpolation between those of one grid.
 
     Parameters
     ----------
     positions
-        Of the other grid, m, shape (samples, rows, columns, 3).
+        On the first grid, m, shape (samples, rows, columns, 3).
     rows, columns
-        Of the one that is asked for.
+        Of the other grid.
 
     """
     out: Array = np.empty((len(positions), rows, columns, 3))

@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -42,6 +41,9 @@ _TIMED = CHECK_INTERVAL
 # Relative difference of two substep lengths that are made equal: times are rounded, and each
 # other length would need tables of its own.
 _EQUAL = 1e-8
+
+# Of the snapshot at the start of a batch: the inputs of the advance in progress stay in force.
+_NO_INPUTS = Inputs()
 
 Steps = Callable[[SubstepBatch], tuple[Step, ...]]
 
@@ -268,15 +270,22 @@ class Simulation:
 
     def _save_batch_start(self) -> None:
         """Keep the state to which a rejected batch is rolled back, in the same arrays again."""
-        inputs = Inputs()  # those of the advance in progress hold
-        before = self._batch_start
+        before, state = self._batch_start, self.state
         if before is None:
-            self._batch_start = self.snapshot(inputs)
+            self._batch_start = self.snapshot(_NO_INPUTS)
             return
-        before.position[...], before.velocity[...] = self.state.position, self.state.velocity
-        interactions = {each.name: each.snapshot() for each in self.interactions}
-        self._batch_start = replace(
-            before, origin=self.state.origin, time=self.time, interactions=interactions
+        before.position[...], before.velocity[...] = state.position, state.velocity
+        self._batch_start = Snapshot(
+            self.scene,
+            self.grid,
+            state.origin,
+            before.position,
+            before.velocity,
+            self.time,
+            self.work,
+            {each.name: each.snapshot() for each in self.interactions},
+            None,  # the account of the monitor is not rolled back
+            _NO_INPUTS,
         )
 
     def _roll_back(self) -> None:
@@ -292,7 +301,7 @@ class Simulation:
     ) -> Iterator[None]:
         """Make so many substeps, and pause after each batch of step control."""
         control = self.step_control
-        airspeed = float(np.linalg.norm(self._air_velocity))
+        airspeed = math.hypot(*self._air_velocity)
         try:
             for first in range(0, count, control.check_interval):
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.

@@ -18,7 +18,7 @@ from .resample import interpolate
 _NEAR = 2.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Snapshot:
     """
     State of a cloth between two advances.

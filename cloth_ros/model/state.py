@@ -115,7 +115,9 @@ def _max_squared_speed(velocity, size):  # type: ignore[no-untyped-def]
     for i in range(np.uint64(whole), np.uint64(size)):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
         greatest[0] = max(greatest[0], u * u + v * v + w * w)
-    return greatest.max()
+    for lane in range(np.uint64(1), np.uint64(_LANES)):
+        greatest[0] = max(greatest[0], greatest[lane])
+    return greatest[0]
 
 
 def max_speed(state: State) -> float:

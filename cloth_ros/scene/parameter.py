@@ -1,9 +1,9 @@
 """
-Parameters that know their unit, range and meaning.
+Declaration of parameters with unit, range and meaning, and their validation.
 
-A `Group` is a frozen dataclass whose fields are declared with `quantity`.  The declaration is the
-only home of a parameter's default, unit, range and text: validation, the ROS parameter
-descriptors and the table in the README are all derived from it.
+A `ParameterGroup` is a frozen dataclass with fields declared by `parameter`.  The declaration
+alone gives a parameter's default, unit, range and text: validation, the ROS parameter
+descriptors and the table in the README are derived from it.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-_METADATA = 'quantity'
-# What is longer is no parameter: as many pins as the edge of the largest sheet has particles.
+_METADATA = 'specification'
+# As many pins as the edges of the largest sheet have particles.
 MAX_LIST_LENGTH = 4096
 _MAX_STRING_LENGTH = 256
 
 
 @dataclasses.dataclass(frozen=True)
 class ParameterSpec:
-    """What is known of one parameter besides its value."""
+    """Unit, range and meaning of one parameter."""
 
     text: str
     unit: str = ''
@@ -88,12 +88,12 @@ def one_line(text: str) -> str:
 
 
 def format_error(error: BaseException) -> str:
-    """Return what kind of error it is, and its text, on one line."""
+    """Return the type and the text of an error on one line."""
     return one_line(f'{type(error).__name__}: {error}')
 
 
 def format_value(value: object) -> str:
-    """Return a value as an error shows it: on one line, and short."""
+    """Return a value for an error message: on one line, and short."""
     if isinstance(value, array.array):  # as rclpy gives lists of numbers
         value = value[: _short.maxlist + 1].tolist()
     try:
@@ -104,13 +104,13 @@ def format_value(value: object) -> str:
 
 
 def invalid_value_error(name: str, value: object, allowed: str, remedy: str) -> ValueError:
-    """Return the error for a refused value, in the one form that all of them have."""
+    """Return the error for an invalid value, in the form that all of them share."""
     return ValueError(f'{name} is {format_value(value)}, but must be {allowed}; {remedy}')
 
 
 def _number(name: str, value: object, known: ParameterSpec) -> float:
     try:
-        # Not whatever has a float(): strings, bytes and arrays of one number have.
+        # Not everything that float() accepts: it takes strings, bytes and arrays of one number.
         if isinstance(value, (bool, np.timedelta64)) or not isinstance(value, numbers.Real):
             raise TypeError
         number = float(value)
@@ -162,7 +162,7 @@ def _items(name: str, value: Any, kind: str) -> list[Any]:
 def _string(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise invalid_value_error(name, value, 'a string', 'put it in quotes')
-    # Neither NUL nor a lone surrogate can be sent.
+    # ROS can send neither NUL nor a lone surrogate.
     if len(value) > _MAX_STRING_LENGTH or not value.isprintable():
         allowed = f'at most {_MAX_STRING_LENGTH} characters that can be printed'
         raise invalid_value_error(name, value, allowed, 'correct it')
@@ -208,7 +208,7 @@ def _is_group(value: object) -> bool:
 
 
 def _merged(name: str, first: Any, second: Any) -> dict[Any, Any]:
-    """Return what two places give of one group: the later counts, but a whole one is default."""
+    """Merge two values of one group: the later one overrides, but a whole group is the base."""
     for each in (first, second):
         if not _is_group(each):
             raise invalid_value_error(name, each, 'a group of parameters', 'nest it')
@@ -248,7 +248,7 @@ class ParameterGroup:
         self.check()
 
     def check(self) -> None:
-        """Check what no single field can tell; raises ValueError."""
+        """Check that the fields agree; raises ValueError."""
 
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Any:
@@ -290,7 +290,7 @@ PARAMETERS: dict[str, ParameterSpec] = {}
 
 
 def register(root: type[ParameterGroup]) -> None:
-    """Fill `PARAMETER_NAMES` with every parameter of the tree below `root`."""
+    """Fill `PARAMETERS` with every parameter of the tree below `root`."""
     for field in dataclasses.fields(root):
         default = default_of(field)
         if isinstance(default, ParameterGroup):
@@ -307,7 +307,7 @@ def default_of(field: dataclasses.Field[Any]) -> Any:
 
 
 def unknown_parameter_error(name: str, known: list[str]) -> ValueError:
-    """Return the error for a parameter name that does not exist, with the likeliest one meant."""
+    """Return the error for an unknown parameter name, with the most similar known one."""
     import difflib
 
     near = difflib.get_close_matches(name[:_MAX_STRING_LENGTH], known, n=1)
@@ -322,7 +322,7 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArra
     Parameters
     ----------
     name
-        What the vector is, for the error.
+        Of the vector, for the error.
     vector
         Three numbers.
     parameter
@@ -343,5 +343,5 @@ def checked_vector(name: str, vector: Sequence[float], parameter: str) -> NDArra
 
 
 def checked_number(name: str, value: object, low: float, high: float, unit: str) -> float:
-    """Return a finite number of a range as a float; raises ValueError for what is none."""
+    """Return a finite number within a range as a float; raises ValueError otherwise."""
     return _number(name, value, ParameterSpec('', unit, low, high))

@@ -1,4 +1,4 @@
-"""Scenes as ROS 2 parameter files."""
+"""Reading scenes from ROS 2 parameter files."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from yaml.composer import ComposerError
 from .parameter import format_value, invalid_value_error, one_line
 
 NODE_NAME = 'cloth'
-# Parameters that every ROS 2 node has; a scene file may set them, the model has no use for them.
+# Parameters that every ROS 2 node has; a scene file may set them, the model does not use them.
 NODE_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
-# A scene takes a few hundred bytes; a file of this size takes two seconds to read.
+# Bytes; a scene has a few hundred, and a file of this size takes two seconds to read.
 _LARGEST = 200_000
 
 
 class _Loader(yaml.SafeLoader):
     """
-    Reads what ROS reads: numbers, strings, booleans, lists and mappings of them.
+    Loader of the YAML that ROS reads: numbers, strings, booleans, lists and mappings of them.
 
-    ROS knows neither aliases, of which few lines can make more than any memory holds, nor tags,
-    which name what is to be made; and a key that stands twice is a mistake.
+    ROS has neither aliases, a few lines of which can expand to more than any memory holds, nor
+    tags, which name types to construct; and a duplicate key is a mistake.
     """
 
     def compose_node(self, parent: Any, index: Any) -> Any:
@@ -35,31 +35,31 @@ class _Loader(yaml.SafeLoader):
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         mark = event.start_mark
         if isinstance(event, yaml.AliasEvent):
-            raise ComposerError(None, None, 'an alias; write out what is meant', mark)
+            raise ComposerError(None, None, 'an alias; write the value out', mark)
         if event.tag not in (None, '!', 'tag:yaml.org,2002:str'):
             raise ComposerError(None, None, 'a tag; leave it out', mark)
         return super().compose_node(parent, index)
 
     def construct_number(self, node: Any) -> Any:
-        """Return a number; 1:30 and 1_000 are none for ROS."""
+        """Return a number; ROS does not take 1:30 and 1_000 for numbers."""
         if set(':_') & set(node.value):
             return self.construct_yaml_str(node)
         kind = node.tag.rpartition(':')[2]
         return getattr(self, f'construct_yaml_{kind}')(node)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        """Refuse keys that stand twice."""
+        """Refuse duplicate keys."""
         keys: set[Any] = set()
         for key, _ in node.value:
             if isinstance(key, yaml.ScalarNode):
                 if key.value in keys:
-                    problem = f'{format_value(key.value)} stands here twice'
+                    problem = f'{format_value(key.value)} is given twice'
                     raise ComposerError(None, None, problem, key.start_mark)
                 keys.add(key.value)
         return super().construct_mapping(node, deep)
 
 
-# 1e-3 is a number, as for ROS, and a date is none.
+# As for ROS, 1e-3 is a number, and a date is a string.
 _Loader.add_implicit_resolver(
     'tag:yaml.org,2002:float', re.compile(r'[-+]?\d+(\.\d*)?[eE][-+]?\d+'), list('-+0123456789')
 )
@@ -73,12 +73,12 @@ _Loader.yaml_implicit_resolvers = {
 
 def read_limited(path: str | os.PathLike[str]) -> bytes:
     """
-    Return the content of a file that may hold a scene.
+    Return the content of a file of limited size.
 
     Raises
     ------
     ValueError
-        It is no file, or too large for a scene.
+        It is not a regular file, or larger than any scene.
     OSError
         The file cannot be read.
 
@@ -91,9 +91,11 @@ def read_limited(path: str | os.PathLike[str]) -> bytes:
         mode = os.stat(path).st_mode
     except ValueError:  # NUL in it, or what the file system cannot encode
         raise invalid_value_error('the path', path, 'the name of a file', 'correct it') from None
-    # Before it is opened: to open a pipe waits for whoever writes to it.
+    # Checked before it is opened: opening a pipe waits for a writer.
     if not stat.S_ISREG(mode):
-        raise ValueError('this is no file but a folder, a pipe or a device; give a file')
+        raise ValueError(
+            'this is not a regular file but a folder, a pipe or a device; give a file'
+        )
     with open(path, 'rb') as file:
         text = file.read(_LARGEST + 1)
     if len(text) > _LARGEST:
@@ -102,7 +104,7 @@ def read_limited(path: str | os.PathLike[str]) -> bytes:
 
 
 def format_path(path: object) -> str:
-    """Return a path as an error shows it."""
+    """Return a path for an error message."""
     name = os.fsdecode(path) if isinstance(path, (str, os.PathLike)) else ''
     return name if name and name.isprintable() else format_value(path)
 

@@ -1,4 +1,4 @@
-"""Which particles are pinned: indices and slices as people write them in Python."""
+"""Selection of particles by indices and slices, as in Python: the pins of a scene."""
 
 from __future__ import annotations
 

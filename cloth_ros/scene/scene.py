@@ -137,7 +137,7 @@ class Gust(ParameterGroup):
     seed: int = parameter(0, 'seed of the random speeds', low=0, high=2**53)
 
     def check(self) -> None:
-        """Normalise the direction and compare the fields with one another."""
+        """Normalise the direction; check speed, period and duration."""
         unit = _unit('wind.gust.direction', self.direction, 'vector')
         object.__setattr__(self, 'direction', unit)
         if self.speed[0] > self.speed[1]:
@@ -159,7 +159,7 @@ class Gust(ParameterGroup):
 
 @dataclass(frozen=True)
 class Wind(ParameterGroup):
-    """The air: its velocity and what it does to the triangles."""
+    """Air: its velocity, density and drag coefficient."""
 
     prefix: ClassVar[str] = 'wind.'
     velocity: Vector = parameter(
@@ -199,7 +199,7 @@ class Sphere(ParameterGroup):
 
 @dataclass(frozen=True)
 class Solver(ParameterGroup):
-    """How the equations of motion are integrated."""
+    """Solver: integrator, substeps, precision, threads and overload."""
 
     prefix: ClassVar[str] = 'solver.'
     method: str = parameter('auto', 'integration method', choices=('auto', *INTEGRATOR_NAMES))
@@ -227,14 +227,14 @@ class Solver(ParameterGroup):
     )
     overload: str = parameter(
         'slow_motion',
-        'what gives when the machine cannot keep up, time or accuracy',
+        'what is reduced when the machine cannot keep up: time or accuracy',
         choices=('slow_motion', 'coarsen'),
     )
 
 
 @dataclass(frozen=True)
 class Markers(ParameterGroup):
-    """What is shown in RViz."""
+    """Markers for RViz."""
 
     prefix: ClassVar[str] = 'markers.'
     rate: float = parameter(

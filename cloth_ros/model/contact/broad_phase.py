@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..grid import Array, Grid
-from ..kernels.jit import exact, reduction
+from ..kernels.jit import exact, exact_subroutine, reduction
 from ..state import State
 
 # Substeps at present speeds for which candidates remain valid.  Fewer where that takes a margin of
@@ -41,7 +41,7 @@ def _row_bounds(position, first, columns, out):  # type: ignore[no-untyped-def]
         out[axis], out[3 + axis] = low, high
 
 
-@exact
+@exact_subroutine
 def _distance(bounds, start, end):  # type: ignore[no-untyped-def]
     """Return the distance of a box, low x y z, then high x y z, from that of a path."""
     total = 0.0
@@ -52,7 +52,7 @@ def _distance(bounds, start, end):  # type: ignore[no-untyped-def]
     return np.sqrt(total)
 
 
-@exact
+@exact_subroutine
 def _cell_bounds(bounds, position, velocity, i, down, across, h):  # type: ignore[no-untyped-def]
     """Write the bounds of a cell over the `h` s that have just ended."""
     for axis in range(3):
@@ -139,7 +139,7 @@ def _gather(  # type: ignore[no-untyped-def]
     particles
         Receives the flat index of each particle once.
     triangles
-        Receives their corners as indices into these particles, int32, shape (4 × cells, 3).
+        Receives their corners as indices into these particles, int64, shape (4 × cells, 3).
     local
         Scratch, shape (size,), all -1 before and after.
 
@@ -152,7 +152,7 @@ def _gather(  # type: ignore[no-untyped-def]
     down, across = min(rows - 1, 1), min(columns - 1, 1)
     whole = down + across == 2
     bounds = np.empty(6)
-    corner = np.empty(4, np.int32)
+    corner = np.empty(4, np.int64)
     number, count = 0, 0
     for n in range(len(cells)):
         i = begin + cells[n] // columns * stride + cells[n] % columns
@@ -293,7 +293,7 @@ class BroadPhase:
             reach = radius + _AXES * (way + margin)
             self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
             self.clearance, self._margin = nearest - radius, margin
-        triangles = np.empty((4 * self._count, 3), np.int32)
+        triangles = np.empty((4 * self._count, 3), np.int64)
         if not self._count:
             return self._particles[:0], triangles
         number, count = _gather(

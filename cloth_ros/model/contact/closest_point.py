@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ..kernels.jit import exact
+from ..kernels.jit import exact_subroutine
 
 
-@exact
+@exact_subroutine
 def normal_of(points, a, b, c):  # type: ignore[no-untyped-def]
     """Return the normal of a triangle, with the length of twice its area, m²."""
     ux, uy, uz = (
@@ -21,7 +21,7 @@ def normal_of(points, a, b, c):  # type: ignore[no-untyped-def]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@exact
+@exact_subroutine
 def _on_segment(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
     """Return the squared distance of the segment a b from the origin, and the weight of b."""
     ex, ey, ez = bx - ax, by - ay, bz - az
@@ -33,7 +33,7 @@ def _on_segment(ax, ay, az, bx, by, bz):  # type: ignore[no-untyped-def]
     return x * x + y * y + z * z, t
 
 
-@exact
+@exact_subroutine
 def closest_point(points, a, b, c):  # type: ignore[no-untyped-def]
     """
     Find the point of a triangle that is closest to the origin.

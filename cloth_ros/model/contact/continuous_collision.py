@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact
+from ..kernels.jit import exact, exact_subroutine
 from .closest_point import closest_point, normal_of
 
 _VELOCITY_PASSES = 20
@@ -35,7 +35,7 @@ _CREEP = 1e-2
 _CARRIED = 1.8
 
 
-@exact
+@exact_subroutine
 def _plane_is_beyond(points, a, b, c, reach):  # type: ignore[no-untyped-def]
     """Tell if the plane of a triangle is farther from the origin than `reach`; cheap."""
     nx, ny, nz = normal_of(points, a, b, c)
@@ -43,7 +43,7 @@ def _plane_is_beyond(points, a, b, c, reach):  # type: ignore[no-untyped-def]
     return height * height > reach * reach * (nx * nx + ny * ny + nz * nz)
 
 
-@exact
+@exact_subroutine
 def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[no-untyped-def]
     """Return the unit direction from the origin to the closest point of a triangle."""
     if distance > 1e-6 * radius:
@@ -60,7 +60,7 @@ def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[n
     return 0.0, 0.0, 1.0
 
 
-@exact
+@exact_subroutine
 def _is_claimed(claimed, advance, a, b, c, wa, wb, wc):  # type: ignore[no-untyped-def]
     """Tell if the closest point is a corner that another triangle has been noted for already."""
     if wa == 1.0:
@@ -77,7 +77,7 @@ def _is_claimed(claimed, advance, a, b, c, wa, wb, wc):  # type: ignore[no-untyp
     return False
 
 
-@exact
+@exact_subroutine
 def _max_speed(velocities):  # type: ignore[no-untyped-def]
     greatest = 0.0
     for i in range(len(velocities)):
@@ -86,7 +86,7 @@ def _max_speed(velocities):  # type: ignore[no-untyped-def]
     return np.sqrt(greatest)
 
 
-@exact
+@exact_subroutine
 def _travel(points, start):  # type: ignore[no-untyped-def]
     greatest = 0.0
     for i in range(len(points)):
@@ -99,28 +99,28 @@ def _travel(points, start):  # type: ignore[no-untyped-def]
     return np.sqrt(greatest)
 
 
-@exact
+@exact_subroutine
 def _scale_row(array, i, factor):  # type: ignore[no-untyped-def]
     """Multiply a row by a factor; loops compile much faster than NumPy's row operations."""
     for axis in range(3):
         array[i, axis] *= factor
 
 
-@exact
+@exact_subroutine
 def _add_row(array, i, factor, other, j):  # type: ignore[no-untyped-def]
     """Add `factor` times row j of another array to row i."""
     for axis in range(3):
         array[i, axis] += factor * other[j, axis]
 
 
-@exact
+@exact_subroutine
 def _copy_row(array, i, other, j):  # type: ignore[no-untyped-def]
     """Copy row j of another array to row i."""
     for axis in range(3):
         array[i, axis] = other[j, axis]
 
 
-@exact
+@exact_subroutine
 def _apply_impulse(  # type: ignore[no-untyped-def]
     velocities, free, triangles, weights, normals, t, least, slack, friction
 ):
@@ -151,7 +151,7 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
     return True
 
 
-@exact
+@exact_subroutine
 def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
     """
     Push triangles out of the sphere until none is deeper than `tolerance`.
@@ -208,7 +208,7 @@ def max_penetration(points, triangles, radius):  # type: ignore[no-untyped-def]
     return radius - np.sqrt(nearest)
 
 
-@exact
+@exact_subroutine
 def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
     """Stop particles that moved too far; move those of too deep triangles with the sphere."""
     carried = np.empty(len(free), np.bool_)
@@ -243,7 +243,7 @@ def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, 
                     changed = True
 
 
-@exact
+@exact_subroutine
 def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Return the triangles without the pinned corners and edges in the sphere, and how many had any.
@@ -290,7 +290,7 @@ def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  
     return kept, found
 
 
-@exact
+@exact_subroutine
 def resolve_contact(points, velocities, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Move points through `h` seconds past a sphere of `radius` at the origin.
@@ -320,9 +320,9 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
     weights = np.empty((len(triangles), 3))
     normals = np.empty((len(triangles), 3))
     gaps = np.empty(len(triangles))
-    near = np.empty(len(triangles), np.int32)
+    near = np.empty(len(triangles), np.int64)
     start = np.empty_like(points)
-    claimed = np.zeros(len(points), np.int32)
+    claimed = np.zeros(len(points), np.int64)
     advance = 0
     left, touched, forced, deep = h, False, False, pinned > 0
     while left > 0.0:

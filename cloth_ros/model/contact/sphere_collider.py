@@ -31,7 +31,7 @@ import numpy as np
 from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
-from ..kernels.jit import exact
+from ..kernels.jit import exact, exact_subroutine
 from ..state import State, max_speed
 from .broad_phase import BroadPhase, Candidates
 from .continuous_collision import max_penetration, resolve_contact
@@ -51,7 +51,7 @@ _SMALLEST = 1e-4
 _FASTEST = 1e6
 
 
-@exact
+@exact_subroutine
 def _load(position, velocity, free, particles, h, start, drift, points, velocities, moves):  # type: ignore[no-untyped-def]
     """Write the particles as they were before the substep, relative to the sphere."""
     for n in range(len(particles)):
@@ -63,7 +63,7 @@ def _load(position, velocity, free, particles, h, start, drift, points, velociti
             velocities[n, axis] = speed - drift[axis]
 
 
-@exact
+@exact_subroutine
 def _store(position, velocity, particles, end, drift, points, velocities, moves, least):  # type: ignore[no-untyped-def]
     """
     Write back the particles that move.

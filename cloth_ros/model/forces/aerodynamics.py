@@ -1,11 +1,12 @@
 """
-Wind on the triangles of a sheet.
+Aerodynamic forces on the triangles of a sheet.
 
-A triangle of area A and unit normal n feels, in air of density ρ that moves relative to it at u,
+The force on a triangle of area A and unit normal n, in air of density ρ that moves relative to it
+at u, is
 
     F = ½ ρ C A |u| (u · n) n,
 
-the normal force of a flat plate, which grows with the sine of its incidence (S. F. Hoerner,
+the normal force of a flat plate, proportional to the sine of its incidence (S. F. Hoerner,
 "Fluid-Dynamic Drag", 1965, chapter 3) and is the usual drag where the triangle faces the wind.
 Each corner takes a third, with u at its own velocity.  The air so acts on one particle at a time:
 
@@ -21,7 +22,7 @@ approximant (6 − 2z)/(6 + 4z + z²) of e⁻ᶻ, which tends to zero for large 
 "Solving Ordinary Differential Equations II", 1996, section IV.3): stable in any wind with any
 step.  The terminal velocity, where air, gravity, springs and drag balance, is exact.
 
-Each quad of the grid is two triangles, parted by the diagonal from (row, column + 1) to
+Each quad of the grid is two triangles, split by the diagonal from (row, column + 1) to
 (row + 1, column).
 """
 
@@ -39,8 +40,8 @@ _CAP = 1e4
 
 
 @inlined
-def _half_edge(position, p, q, ghost):  # type: ignore[no-untyped-def]
-    """Return q − p, or zero if one of the two is a ghost."""
+def _edge(position, p, q, ghost):  # type: ignore[no-untyped-def]
+    """Return the edge q − p, or zero if one of both is a ghost."""
     dx = position[0, q] - position[0, p]
     dy = position[1, q] - position[1, p]
     dz = position[2, q] - position[2, p]
@@ -69,10 +70,10 @@ def _add_outer(xx, xy, xz, yy, yz, zz, normals, first, i):  # type: ignore[no-un
 def normals_of_quad(position, out, i, row, half, ghost, degenerate):  # type: ignore[no-untyped-def]
     """Write the s of both triangles of the quad that begins at particle i."""
     one = np.uint64(1)
-    ax, ay, az = _half_edge(position, i, i + one, ghost)
-    bx, by, bz = _half_edge(position, i, i + row, ghost)
-    cx, cy, cz = _half_edge(position, i + row + one, i + row, ghost)
-    dx, dy, dz = _half_edge(position, i + row + one, i + one, ghost)
+    ax, ay, az = _edge(position, i, i + one, ghost)
+    bx, by, bz = _edge(position, i, i + row, ghost)
+    cx, cy, cz = _edge(position, i + row + one, i + row, ghost)
+    dx, dy, dz = _edge(position, i + row + one, i + one, ghost)
     out[0, i], out[1, i], out[2, i] = _scaled_normal(ax, ay, az, bx, by, bz, half, degenerate)
     out[3, i], out[4, i], out[5, i] = _scaled_normal(cx, cy, cz, dx, dy, dz, half, degenerate)
 
@@ -94,9 +95,9 @@ def matrix(normals, i, row, zero):  # type: ignore[no-untyped-def]
 @inlined
 def apply_air_drag(matrix, ux, uy, uz, rx, ry, rz, strength, cap, degenerate, unit):  # type: ignore[no-untyped-def]
     """
-    Return u₁ for u₀ = u and for r, all relative to the air.
+    Return the velocity u₁ after a kick from u₀ = u, with r as above, all relative to the air.
 
-    `strength` is G / s, the share of the relative velocity that is lost per area and speed.
+    `strength` is G / s: the share of the relative velocity lost per area and speed.
     """
     xx, xy, xz, yy, yz, zz = matrix
     one_half = unit / (unit + unit)
@@ -113,8 +114,8 @@ def apply_air_drag(matrix, ux, uy, uz, rx, ry, rz, strength, cap, degenerate, un
     sy = uy + half * (ry - uy - rate * my)
     sz = uz + half * (rz - uz - rate * mz)
     rate = strength * np.sqrt(sx * sx + sy * sy + sz * sz)
-    # Beyond the cap the air takes the particle along within a step as it is, and I would
-    # drown in the rounding of the matrix.
+    # Beyond the cap a particle reaches the velocity of the air within a step anyway, and I would
+    # be lost in the rounding of the matrix.
     rate = min(rate, cap / trace)
     theta = one_half + one_half * rate * trace / (six + rate * trace)
     explicit = (theta - unit) * rate
@@ -132,7 +133,7 @@ def apply_air_drag(matrix, ux, uy, uz, rx, ry, rz, strength, cap, degenerate, un
     z = rz / d3
     y = ry / d2 - l32 * z
     x = rx / d1 - l21 * y - l31 * z
-    # Nor can the result be longer than what went in.
+    # Air cannot increase the relative velocity.
     shrink = np.sqrt(min(unit, length / max(x * x + y * y + z * z, degenerate)))
     return shrink * x, shrink * y, shrink * z
 
@@ -143,5 +144,5 @@ def coefficient(scene: Scene) -> float:
     return wind.air_density * wind.drag_coefficient / 6 / scene.sheet.particle_mass
 
 
-# What the kernels take as bounds: ghosts, triangles without a normal, z.
+# Bounds that the kernels take: squared distance of ghosts, triangles without a normal, z.
 BOUNDS = (GHOST_DISTANCE_SQUARED, _DEGENERATE, _CAP)

@@ -13,7 +13,7 @@ class Gusts:
     The gusts of a scene as a function of time alone.
 
     Gust number n blows from n × period for the duration, n = 1, 2, …, at a speed drawn from the
-    seed and n.  So the gusts do not depend on the step, and come again after a reset.
+    seed and n.  So the gusts do not depend on the step, and are repeated after a reset.
     """
 
     def __init__(self, gust: Gust) -> None:
@@ -23,8 +23,8 @@ class Gusts:
         self._velocity = np.zeros(3)
 
     def velocity(self, time: float) -> Array:
-        """Return what the gusts add to the velocity of the air at `time` s, m/s, shape (3,)."""
-        # A moment on: the time of an edge, rounded, may lie just before it.
+        """Return the velocity that gusts add to the air at `time` s, m/s, shape (3,)."""
+        # Slightly later: the rounded time of a change may be just before it.
         time *= 1 + 1e-12
         number = int(time // self._gust.period)
         if number < 1 or time - number * self._gust.period >= self._gust.duration:
@@ -36,7 +36,7 @@ class Gusts:
         return self._velocity
 
     def next_change(self, time: float) -> float:
-        """Return when the air next begins or ceases to gust after `time`, s."""
+        """Return when a gust next begins or ends after `time`, s."""
         number = int(time // self._gust.period)
         edges = [
             edge

@@ -1,4 +1,4 @@
-"""How kernels are compiled: one place for the options that all of them share."""
+"""Compilation of kernels by Numba: options, and the cache on disk."""
 
 from __future__ import annotations
 
@@ -21,17 +21,21 @@ from numba.core.caching import FunctionCache
 # not finite shows as such.
 _RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
 
+# Wrappers for calls from C and from Python that nobody makes: a third of the compilation time.
+_NO_CALLBACK: dict[str, Any] = {'no_cfunc_wrapper': True}
+_NOT_FROM_PYTHON: dict[str, Any] = {'no_cfunc_wrapper': True, 'no_cpython_wrapper': True}
+
 _NOT_KEPT = (
-    'kernels are compiled anew at each start, for neither the package nor HOME can be written; '
-    'set NUMBA_CACHE_DIR'
+    'kernels are compiled again at each start, because neither the package nor HOME can be '
+    'written; set NUMBA_CACHE_DIR'
 )
 _NO_ROOM = (
-    'kernels are compiled anew at each start, for they cannot be written where they are kept: {}; '
-    'make room, or set NUMBA_CACHE_DIR'
+    'kernels are compiled again at each start, because the cache cannot be written: {}; '
+    'free some space, or set NUMBA_CACHE_DIR'
 )
 _UNREADABLE = (
-    'kernels are compiled anew, for what is kept of them in {} cannot be read: {}; remove it if '
-    'this comes again'
+    'kernels are compiled again, because the cache in {} cannot be read: {}; remove it if this '
+    'is repeated'
 )
 
 # Kernels are typed by Numba when they are compiled, not before.
@@ -40,11 +44,11 @@ Kernel = Callable[..., Any]
 
 def _use_wide_vectors() -> None:
     """
-    Have loops compiled to the widest vectors of the processor.
+    Compile loops to the widest vectors of the processor.
 
-    LLVM takes 256 bits where the processor has 512, a third slower here, and leaves a loop scalar
-    that would have to check at its start whether more than some 10 arrays overlap, ten times
-    slower.  Who has chosen processor features for Numba is left alone.
+    LLVM uses 256 bits where the processor has 512, a third slower here, and leaves a loop scalar,
+    ten times slower, if it would have to check at its start whether more than some 10 arrays
+    overlap.  Processor features that the user has chosen for Numba are kept.
     """
     llvm.set_option('', '--vectorize-memory-check-threshold=100000')
     chosen: Any = config
@@ -59,18 +63,18 @@ _use_wide_vectors()
 
 @functools.cache
 def _warn(text: str) -> None:
-    """Warn once: Numba has Python forget, at each compilation, what it has warned of."""
+    """Warn once: Numba resets the registry of warnings at each compilation."""
     warnings.warn(text, stacklevel=1)
 
 
 def _reason(error: Exception) -> str:
-    """Return what went wrong, without the file, which is another one for each kernel."""
+    """Return the reason of an error, without the file, which differs for each kernel."""
     return getattr(error, 'strerror', None) or type(error).__name__
 
 
 @functools.cache
 def _sources() -> str:
-    """Return what stands for all sources of the model: a kernel is made of several."""
+    """Return a hash of all sources of the model: a kernel is made of several of them."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parents[1].rglob('*.py')):
         digest.update(path.read_bytes())
@@ -78,30 +82,30 @@ def _sources() -> str:
 
 
 class _Cache(FunctionCache):
-    """Where the machine code of a kernel is kept for the next start, as far as it can be."""
+    """Cache of the machine code of a kernel on disk, for the next start."""
 
     def __init__(self, function: Kernel) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
         files: Any = self._cache_file
-        # Numba looks at the file of the kernel alone, not at what is inlined into it.
+        # Numba checks the file of the kernel alone, not those of functions inlined into it.
         files._source_stamp = (files._source_stamp, _sources())
-        # It writes the index before the code it names, and numbers code from 1: after a kill in
-        # between, or beside another process, a number may be that of other code.
+        # Numba writes the index before the code that it names, and numbers code from 1: after a
+        # kill in between, or beside another process, a number may name other code.
         self._code = f'{files._index_name}.{{}}.nbc'
         files._data_name = lambda _: self._code.format(uuid.uuid4().hex)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was kept, or None; what cannot be read is compiled anew."""
+        """Return the cached code, or None; code that cannot be read is compiled again."""
         try:
             return super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-        except Exception as error:  # of the system, of the bytes, of LLVM
+        except Exception as error:  # from the system, from damaged bytes, from LLVM
             _warn(_UNREADABLE.format(self.cache_path, _reason(error)))
             with suppress(OSError):
                 self.flush()  # type: ignore[no-untyped-call]
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled; a full disk is no end."""
+        """Cache the code; a full disk is only a warning."""
         try:
             self._remove_outdated()
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
@@ -110,17 +114,17 @@ class _Cache(FunctionCache):
 
     def _remove_outdated(self) -> None:
         files: Any = self._cache_file
-        if not files._load_index():  # it is that of an older source
+        if not files._load_index():  # it belongs to an older source
             for path in Path(self.cache_path).glob(self._code.format('*')):
                 path.unlink(missing_ok=True)
 
 
 def _compiled(function: Kernel, **options: Any) -> Kernel:
-    """Compile with Numba, and keep what was compiled for the next start where that can be."""
+    """Compile with Numba, and cache the machine code where that is possible."""
     compiled: Any = numba.njit(error_model='numpy', **options)(function)
     try:
         compiled._cache = _Cache(function)
-    except RuntimeError:  # of Numba, which finds no place for its cache
+    except RuntimeError:  # Numba finds no folder for its cache
         _warn(_NOT_KEPT)
     return compiled  # type: ignore[no-any-return]
 
@@ -132,27 +136,32 @@ def kernel(function: Kernel) -> Kernel:
     Loops index with `numpy.uint64`: for signed indices the compiler must allow for Python's
     negative ones, and the wrap-around keeps a loop scalar.
     """
-    return _compiled(function, fastmath=_RELAXED, nogil=True)
+    return _compiled(function, fastmath=_RELAXED, nogil=True, **_NO_CALLBACK)
 
 
 def inlined(function: Kernel) -> Kernel:
     """
     Compile a part of a kernel that is always inlined.
 
-    A call that the compiler decides to leave standing keeps the loop around it scalar.
+    A call that the compiler does not inline keeps the loop around it scalar.
     """
-    return _compiled(function, fastmath=_RELAXED, forceinline=True)
+    return _compiled(function, fastmath=_RELAXED, forceinline=True, **_NOT_FROM_PYTHON)
 
 
 def exact(function: Kernel) -> Kernel:
-    """Compile a kernel with IEEE arithmetic, where decisions hang on the last bits."""
-    return _compiled(function, nogil=True)
+    """Compile a kernel with IEEE arithmetic, where decisions depend on the last bits."""
+    return _compiled(function, nogil=True, **_NO_CALLBACK)
+
+
+def exact_subroutine(function: Kernel) -> Kernel:
+    """Compile a function with IEEE arithmetic that only kernels call."""
+    return _compiled(function, **_NOT_FROM_PYTHON)
 
 
 def reduction(function: Kernel) -> Kernel:
     """
-    Compile a kernel of least and greatest values.
+    Compile a subroutine of minima and maxima.
 
-    Without 'nnan' these stay scalar, for NaN would have to be carried along.
+    Without 'nnan' these stay scalar, because NaN would have to be propagated.
     """
-    return _compiled(function, fastmath=True, nogil=True)
+    return _compiled(function, fastmath=True, **_NOT_FROM_PYTHON)

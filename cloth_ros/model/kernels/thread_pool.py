@@ -30,7 +30,7 @@ from numba import types
 
 from ..grid import Array
 from .atomic import compare_exchange, fetch_add, load
-from .jit import Kernel, exact, inlined
+from .jit import Kernel, exact, exact_subroutine, inlined
 
 # Particles in a chunk: 4 µs of springs, and a whole number of vectors of any width, however the
 # compiler unrolls its loops.
@@ -86,7 +86,7 @@ def mark_done(counters):  # type: ignore[no-untyped-def]
     fetch_add(counters, 0)
 
 
-@exact
+@exact_subroutine
 def barrier(counters, chunks, number):  # type: ignore[no-untyped-def]
     """Wait until all chunks of loop `number` are done."""
     spins = 0
