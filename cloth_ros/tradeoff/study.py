@@ -19,7 +19,7 @@ from ..model.stability import SAFETY
 from ..scene import Scene
 from . import live_error, measured_stability
 from .cache import NO_ARRAY, Cache
-from .energy_budget import EnergyAccount
+from .energy_budget import WorkAccount
 from .machine import describe
 from .reference_solution import (
     Horizon,
@@ -342,7 +342,7 @@ class Study:
 
     def _budget(self) -> Entry:
         def measure() -> tuple[Entry, Array]:
-            account = EnergyAccount(self._scene)
+            account = WorkAccount(self._scene)
             cloth = Cloth(self._scene, observer=account, energy_monitor=None)
             for number, tick in enumerate(self._scenario.ticks(cloth)):
                 if number == 0:
