@@ -12,7 +12,7 @@ from collections.abc import Callable
 import pytest
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.interrupt import Interrupt, Stop
+from cloth_ros.interrupt import Interrupt, StopSignal
 
 SCENES = {
     'springs alone': {'wind.air_density': 0.0, 'springs.damping': 0.0},
@@ -64,13 +64,13 @@ def test_an_advance_is_interrupted_wherever_it_is(values):
 
 def test_a_signal_that_is_lost_on_its_way_has_left_word():
     before = signal.getsignal(signal.SIGINT)
-    stop = Stop(signal.SIGINT)
+    stop = StopSignal(signal.SIGINT)
     stop.check()
     with pytest.raises(Interrupt):
         signal.raise_signal(signal.SIGINT)
     signal.raise_signal(signal.SIGINT)  # once is enough: what has been begun is cleared up
-    assert stop.asked
+    assert stop.requested
     with pytest.raises(Interrupt):
         stop.check()
-    stop.release()
+    stop.restore()
     assert signal.getsignal(signal.SIGINT) is before

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -367,11 +367,12 @@ class Cloth:
 
     # Compilation
 
-    def warm_up(self) -> Iterator[str]:
-        """Compile the kernels that the scene needs; yield the name of each set before it."""
-        yield 'motion'
-        self._simulation.warm_up()
-        if self._simulation.interactions:
+    def warm_up(self, kinds: Collection[str] = ('motion', 'contact')) -> Iterator[str]:
+        """Compile those kinds of kernels that the scene needs; yield each kind before it."""
+        if 'motion' in kinds:
+            yield 'motion'
+            self._simulation.warm_up()
+        if 'contact' in kinds and self._simulation.interactions:
             yield 'contact'
             for each in self._simulation.interactions:
                 each.warm_up(self._simulation.state.dtype)
