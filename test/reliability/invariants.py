@@ -23,9 +23,6 @@ ENERGY = 0.05
 # Tolerated penetration: m, as a share of the radius, and for positions in single precision as a
 # share of their size.
 DEPTH, DEPTH_SHARE, ROUNDING = 1e-4, 1e-2, 1e-6
-# Wall-clock time, s, after which a run is closed: a small sphere in a cloth as fast as a bullet
-# takes hundreds of collision steps in each substep.
-PATIENCE = 1.5
 
 
 class CountingMonitor(EnergyMonitor):
@@ -148,8 +145,13 @@ class Invariants:
             self._note('penetration', free)
 
 
-def check_run(run: Run, totals: Counter[str], patience: float = PATIENCE) -> None:
-    """Advance a cloth as a run says and check it after every advance; close what is slow."""
+def check_run(run: Run, totals: Counter[str], patience: float) -> None:
+    """
+    Advance a cloth as a run says, and check it after every advance.
+
+    A run is closed after `patience`, s of wall-clock time: a small sphere in a cloth as fast as a
+    bullet takes hundreds of collision steps in each substep.
+    """
     end = time.monotonic() + patience
     cloth = run.cloth(energy_monitor=partial(CountingMonitor, totals=totals))
     invariants, slow = Invariants(cloth, totals), False
