@@ -232,7 +232,7 @@ def test_simulated_clock_jumps(node, clock, measured):
 def test_simulated_clock_stops(node, clock, long, measured):
     """/clock stops: so does the cloth, the diagnostics say why; it goes on with /clock."""
     clock.stopped = True
-    node.listener.spin_until(lambda: 'is there a /clock?' in node.listener.next_report().message)
+    node.listener.spin_until(lambda: 'is /clock published?' in node.listener.next_report().message)
     received = len(node.listener.particles)
     node.listener.spin_for(10.0 if long else 1.0)
     assert len(node.listener.particles) == received
