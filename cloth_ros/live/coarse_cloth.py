@@ -79,10 +79,13 @@ class CoarseCloth:
         """
         if (coarse := resample_scene(scene, 1 / self.spacing)) is not None:
             self.cloth.configure(coarse)
-        if spacing != self.spacing:
-            return CoarseCloth(scene, spacing, self.cloth.snapshot())
-        self.scene = scene
-        return self
+        if spacing == self.spacing:
+            self.scene = scene
+            return self
+        changed = CoarseCloth(scene, spacing, self.cloth.snapshot())
+        for name, count in vars(self.cloth.rollbacks).items():  # they are counted on
+            setattr(changed.cloth.rollbacks, name, count)
+        return changed
 
     @property
     def air_velocity(self) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ import json
 import os
 import sys
 import threading
+import warnings
 from collections.abc import Collection
 from typing import Any
 
@@ -76,6 +77,8 @@ def _exit_with_parent() -> None:
 def main() -> None:
     """Compile what the standard input asks for."""
     job: dict[str, Any] = json.loads(sys.stdin.readline())
+    # The parent logs what is printed: the text alone is enough.
+    warnings.showwarning = lambda message, *_, **__: print(message, file=sys.stderr)
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     os.nice(job['nice'])
     warm_up(Scene.from_parameters(job['parameters']), job['kinds'])

@@ -1,10 +1,11 @@
-"""Check a scene and say how to command it, before the node starts: greet.py PYTHON SCENE."""
+"""Check a scene and print how to command it, before the node starts: usage.py PYTHON SCENE."""
 
 import os
 import shutil
 import sys
 
 from cloth_ros import Scene
+from cloth_ros.model import check_scene
 
 WIND = "ros2 topic pub --once /wind geometry_msgs/msg/Vector3Stamped '{{vector: {{y: 3.0}}}}'"
 SPHERE = (
@@ -14,10 +15,11 @@ SPHERE = (
 
 
 def main() -> None:
-    """Print the greeting, or one line that says what is wrong with the scene."""
+    """Print the commands, or one line that says what is wrong with the scene."""
     python, path = sys.argv[1:]
     try:
         scene = Scene.from_yaml(path)
+        check_scene(scene)
     except (OSError, ValueError) as error:
         raise SystemExit(f'cloth_ros: {error}') from None
     domain = os.environ.get('ROS_DOMAIN_ID', '0')
