@@ -20,7 +20,9 @@ def empty_cache(tmp_path, monkeypatch):
 
 def children(pid: int) -> list[int]:
     """Return the processes that a process has started, and that have not ended."""
-    found = subprocess.run(['ps', '-o', 'pid=', '--ppid', str(pid)], capture_output=True, text=True)
+    found = subprocess.run(
+        ['ps', '-o', 'pid=', '--ppid', str(pid)], capture_output=True, text=True
+    )
     return [int(text) for text in found.stdout.split()]
 
 
