@@ -2,7 +2,7 @@
 Other participants on the graph of a node, each in a process of its own.
 
     peers.py subscribe        until it is ended
-    peers.py crowd 100        so many participants that come and go
+    peers.py crowd 100 10     so many participants that come and go, so many of them at once
     peers.py flood 2000 10    commands of wind and sphere, so many of each a second, for 10 s
     peers.py burn             keep a core busy
 """
@@ -26,7 +26,6 @@ from visualization_msgs.msg import MarkerArray
 
 PEER = (sys.executable, __file__)
 DEPTH = 5  # of the queues, as RViz has them
-AT_ONCE = 10  # participants of a crowd that are present together
 LAST = -4.0  # m, height at which a flood leaves the sphere
 
 
@@ -65,13 +64,13 @@ def subscribe() -> None:
     subscriber.receive(float('inf'))
 
 
-def crowd(count: str) -> None:
+def crowd(count: str, at_once: str) -> None:
     """Subscribe, receive and leave, many times; the last participants are killed."""
     print('begin', flush=True)
     present: deque[Subscriber] = deque()
     for _ in range(int(count)):
         present.append(Subscriber())
-        if len(present) > AT_ONCE:
+        if len(present) > int(at_once):
             present[0].receive()
             present.popleft().leave()
     for each in present:

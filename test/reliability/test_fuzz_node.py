@@ -288,7 +288,7 @@ def test_refused_requests_are_counted_and_the_node_can_be_restored(node):
     assert alone.successful, 'without gusts it has no effect'
     assert set_all().successful
     node.listener.call(Trigger, '/cloth/reset', Trigger.Request())
-    node.recover(node.listener.reports[-1].at)
+    node.recover()
 
 
 @times(0.5)

@@ -32,7 +32,7 @@ def test_storm(measured):
         assert int(report.values['substep batches refined']) > 0
         assert math.isfinite(float(report.values['energy [J]']))
         blow.publish(wind())
-        node.recover(time.monotonic())
+        node.recover()
         measured(f'{len(listener.particles)} messages; {report.message}')
         node.check()
 

@@ -50,7 +50,7 @@ def fill_queues(node) -> None:
         for number in (signal.SIGSTOP, signal.SIGCONT):
             node.listener.spin_for(2.0)
             peer.process.send_signal(number)
-        node.recover(time.monotonic())
+        node.recover()
 
 
 def test_soak(long, soak_seconds, measured):
