@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.integrators.integrator import SubstepBatch
+from cloth_ros.model.state import State
 
 ROOT = Path(__file__).parent.parent
 SCENE_FILES = sorted((ROOT / 'config').glob('*.yaml'))
@@ -71,6 +73,30 @@ class FixedSteps:
 
     def batches(self, state, count, h, division, airspeed):
         return [SubstepBatch(count, h)]
+
+
+class Disturbance:
+    """Observer that changes the state after the substeps of these numbers, or after each."""
+
+    def __init__(self, disturb: Callable[[State], None], *substeps: int) -> None:
+        self._disturb, self._substeps, self._count = disturb, substeps, 0
+
+    def after_drift(self, state, step, air_velocity):
+        pass
+
+    def after_contact(self, state, step):
+        self._count += 1
+        if not self._substeps or self._count in self._substeps:
+            self._disturb(state)
+
+
+def overwrite(name: str, value: float) -> Callable[[State], None]:
+    """Return a disturbance of a coordinate of one particle."""
+
+    def disturb(state: State) -> None:
+        getattr(state, name)[0, state.grid.begin + 20] = value
+
+    return disturb
 
 
 def run_python(text: str, *arguments: object) -> subprocess.CompletedProcess[str]:

@@ -4,7 +4,16 @@ import math
 
 import numpy as np
 import pytest
-from builders import SCENE_FILES, SPRINGS_ONLY, VACUUM, crumple, scene_of, small_cloth
+from builders import (
+    SCENE_FILES,
+    SPRINGS_ONLY,
+    VACUUM,
+    Disturbance,
+    crumple,
+    overwrite,
+    scene_of,
+    small_cloth,
+)
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.integrators.integrator import Step
@@ -16,28 +25,6 @@ WEIGHTLESS = SMALL.with_parameters({'gravity': [0.0, 0.0, 0.0]})
 STIFF = WEIGHTLESS.with_parameters(
     {'springs.structural': 5e4, 'springs.shear': 2.5e4, 'springs.bending': 5e3}
 )
-
-
-class Disturbance:
-    """Observer that applies a function to the state after the substeps of these numbers."""
-
-    def __init__(self, disturb, *substeps: int) -> None:
-        self._disturb, self._substeps, self._count = disturb, substeps, 0
-
-    def after_drift(self, state, step, air_velocity):
-        pass
-
-    def after_contact(self, state, step):
-        self._count += 1
-        if not self._substeps or self._count in self._substeps:
-            self._disturb(state)
-
-
-def fill(name: str, value: float):
-    def disturb(state):
-        getattr(state, name)[0, state.grid.begin + 20] = value
-
-    return disturb
 
 
 @pytest.mark.parametrize('size', [0.01, 0.1, 0.5])
@@ -88,7 +75,7 @@ def test_a_step_that_the_user_has_fixed_is_not_divided():
 @pytest.mark.parametrize('times', [1, 2])
 def test_a_rejected_batch_is_repeated_from_its_start(wrong, times):
     """The second time, substeps are divided already."""
-    disturbance = Disturbance(fill('velocity', wrong), *(20, 1000)[:times])
+    disturbance = Disturbance(overwrite('velocity', wrong), *(20, 1000)[:times])
     cloth, undisturbed = Cloth(SMALL, observer=disturbance), Cloth(SMALL)
     for each in (cloth, undisturbed):
         each.advance(0.1)
@@ -100,7 +87,7 @@ def test_a_rejected_batch_is_repeated_from_its_start(wrong, times):
 def test_longer_substeps_return_after_many_accepted_batches():
     cloth = Cloth(
         SMALL.with_parameters({'drag': 0.5}),
-        observer=Disturbance(fill('velocity', np.nan), 2),
+        observer=Disturbance(overwrite('velocity', np.nan), 2),
     )
     regular = round(1 / 60 / cloth.substep)
     cloth.advance(1 / 60)
@@ -150,7 +137,7 @@ def test_the_damped_integrator_continues_where_nothing_else_helps(monkeypatch):
 @pytest.mark.parametrize('fails', ['motion', 'contact'])
 def test_a_cloth_is_held_for_a_batch_where_everything_fails(fails, monkeypatch):
     scene = SMALL.with_parameters({'sphere.radius': 0.1, 'sphere.position': [0.0, 0.0, 2.0]})
-    observer = Disturbance(fill('position', math.nan)) if fails == 'motion' else None
+    observer = Disturbance(overwrite('position', math.nan)) if fails == 'motion' else None
     cloth, start = Cloth(scene, observer=observer), Cloth(scene)
     start.advance(0.3)
     cloth.restore(start.snapshot())
