@@ -11,8 +11,10 @@ that costs the node.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
@@ -22,7 +24,9 @@ from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
 from cloth_ros.tradeoff.machine import describe
-from reliability.live import NODE, Probe, Process, environment, free_domain, probing
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+from ros import NODE, Probe, Process, environment, free_domain, probing
 
 _WIND_FOR = 10.0  # s, each with and without
 

@@ -12,7 +12,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from ros_messages import diagnosis, publish_until, set_parameters
+from ros import diagnosis, publish_until, set_parameters
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 

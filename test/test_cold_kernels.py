@@ -3,8 +3,7 @@
 import subprocess
 import sys
 
-from conftest import ROOT
-from ros_messages import regular, set_parameters, stamp
+from ros import ROOT, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 

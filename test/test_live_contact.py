@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from reference import crossings, distances
-from ros_messages import pose
+from ros import pose
 from visualization_msgs.msg import MarkerArray
 
 RADIUS = 0.0096774  # m, 0.3 times the spacing; of config/small_fast_sphere.yaml

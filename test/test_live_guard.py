@@ -6,10 +6,8 @@ import time
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Vector3Stamped
-from ros_messages import numbers, wind
+from ros import PATIENCE, numbers, wind
 from sensor_msgs.msg import PointCloud2
-
-from reliability.live import PATIENCE
 
 STORM = 1e4  # m/s
 

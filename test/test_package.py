@@ -7,7 +7,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from conftest import ROOT
+from ros import ROOT
 
 from tools.parameter_table import parameter_table
 

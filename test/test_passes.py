@@ -11,9 +11,9 @@ import weakref
 
 import numpy as np
 import pytest
-from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
+from ros import ROOT
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.live.kernel_compiler import Background

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import ROOT
+from ros import ROOT
 
 # The root again, read-only, in a mount namespace of our own.
 _ENTER = (

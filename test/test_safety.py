@@ -7,7 +7,7 @@ import time
 
 import pytest
 import yaml
-from conftest import ROOT
+from ros import ROOT
 
 from cloth_ros import Scene
 from cloth_ros.scene import parameter_file

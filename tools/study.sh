@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measure everything that the README and docs/ quote.  Usage: study.sh VENV [options of cloth_tradeoff]
+# Measure the figures of README and docs/.  Usage: study.sh VENV [options of cloth_tradeoff]
 set -euo pipefail
 
 venv=$1

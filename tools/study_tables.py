@@ -1,4 +1,4 @@
-"""Write what `make study` has measured: ``python -m tools.study_tables``."""
+"""Write the results of `make study` to README and docs: ``python -m tools.study_tables``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from cloth_ros.model.integrators import INTEGRATORS
-from cloth_ros.tradeoff import recommendation
+from cloth_ros.tradeoff import plot, recommendation, report
 from cloth_ros.tradeoff.analytic_cases import ANALYTIC_CASES
 from cloth_ros.tradeoff.machine import describe
 from cloth_ros.tradeoff.published import FIGURES
@@ -33,7 +33,7 @@ def _choice(entry: dict[str, Any] | None) -> tuple[str, str, str]:
 
 
 def summary(studies: dict[str, dict[str, Any]]) -> str:
-    """Return the table of what to take for each scene."""
+    """Return the table of recommended settings for each scene."""
     rows = []
     for name, result in studies.items():
         sheet, reference = result['parameters'], result['reference']
@@ -52,61 +52,58 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
             )
         )
     head = (
-        'scene, grid, time that errors are for',
-        f'most accurate within {recommendation.SHARE:g} of real time',
+        'scene, grid, time with known errors',
+        f'most accurate setting within {recommendation.SHARE:g} of real time',
         'error',
-        'share',
-        'cheapest within 0.1 mm',
+        'share of real time',
+        'cheapest setting within 0.1 mm',
         'error',
-        'share',
-        'energy unexplained',
-        'live estimate off by a factor of',
+        'share of real time',
+        'unexplained energy',
+        'live estimate / true error, worst',
     )
     machine = next(iter(studies.values()))['machine']
-    where = f'{machine["processor"]}, {machine["vector instructions"]}, one of its cores'
+    where = f'{machine["processor"]}, {machine["vector instructions"]}, one core'
     forms = {'quick' if result['quick'] else 'long' for result in studies.values()}
     return (
         f'{table(head, rows)}\n\n'
         'Tolerances are in m. Errors are known for the time in the first column: with a sphere, '
-        'until it touches. The last column is the worst of all windows. '
+        'until contact. The last column is the largest factor between the two in any window. '
         f'Measured by `make study`, {" and ".join(sorted(forms))} form, on: {where}.\n'
     )
 
 
 def validation() -> str:
-    """Return the page of the systems with known answers and of published figures."""
+    """Return the page of systems with closed solutions and of published figures."""
     rows = []
     for system in ANALYTIC_CASES:
         found = [system.measure(method) for method in INTEGRATORS]
         exact = found[0].exact
         answer = f'{exact:.6g} {system.unit}' if isinstance(exact, float) else system.unit
         rows.append((system.name, system.text, answer, *(f'{each.error:.1e}' for each in found)))
-    head = ('system', 'what is known', 'answer', *INTEGRATORS)
+    head = ('system', 'closed solution', 'value', *INTEGRATORS)
     machine = ', '.join(f'{name} {value}' for name, value in describe().items())
-    return f"""# Systems with known answers
+    return f"""# Systems with closed solutions
 
-Largest relative difference between what a method finds and the answer, in double precision. The
-same systems are run by `make test`, which also changes each by a hundredth and sees that this is
-caught. Where both methods are off by the same, the step was chosen for a frequency that is right
-to 0.1 %, which is the same for both, or the answer does not depend on the step. The order of every
-method is measured there as a slope (`test/test_order.py`), and small
-sheets are compared with an independent solution of the same equations
-(`test/test_independent.py`).
+Largest relative difference between each integrator and the closed solution, in double precision.
+`make test` runs the same systems, and checks that a force wrong by 1 % is detected in each. It
+also measures the order of every integrator as a slope, and compares small sheets with an
+independent solution of the same equations.
 
 {table(head, rows)}
 
 ## Published figures
 
-The elastic pendulum is a mass on a spring, 0.1 m long, after 1000 s; its figures are those of a
-course (PHYD57, University of Toronto Scarborough, 2024,
-[results](http://planets.utsc.utoronto.ca/~pawel/PHYD57/fin-prob1-2024.res)), whose leapfrog is
-position Verlet from a start half a step away: its places are off by up to 1.5 mm for that, and
-the changes of energy agree all the same. Of these the size is compared; one is printed with the
+Elastic pendulum: a mass on a spring of 0.1 m after 1000 s, from a course (PHYD57, University of
+Toronto Scarborough, 2024,
+[results](http://planets.utsc.utoronto.ca/~pawel/PHYD57/fin-prob1-2024.res)). Its leapfrog is
+position Verlet from a start that differs by half a step: positions differ by up to 1.5 mm for this
+reason, the changes of energy agree. Their absolute values are compared; one is printed with the
 other sign.
 
-The folded chain hangs from both ends, side by side, and one end is let go: it falls in 0.8472 of
-the time of free fall, by the conservation of energy (Calkin and March, Am. J. Phys. 57, 1989,
-154); that it is 85 % is what is quoted.
+Folded chain: it hangs from both ends, side by side, and one end is released. By the conservation
+of energy it falls in 0.8472 of the time of free fall (Calkin and March, Am. J. Phys. 57, 1989,
+154); 85 % is the published figure.
 
 {_published()}
 
@@ -124,22 +121,25 @@ def _published() -> str:
         )
         for figure in FIGURES
     ]
-    return table(('system', 'quantity', 'published', 'found'), rows)
+    return table(('system', 'quantity', 'published', 'simulated'), rows)
 
 
 def index(studies: dict[str, dict[str, Any]]) -> str:
-    """Return the page that leads to the reports."""
+    """Return the index page of the reports."""
     text = summary(studies).replace(f'({STUDIES}/', '(')
-    return f"""# Speed against accuracy, measured
+    return f"""# Speed against accuracy
 
-What each setting of the solver costs, and how wrong it is, for the four ready scenes. How to read
-this: [How to choose](../choosing.md). The same for a scene of yours: `cloth_tradeoff SCENE`.
+Cost and error of solver settings for the four scenes of `config/`. How to read the tables and
+plots: [How to choose](../choosing.md). The same for another scene: `cloth_tradeoff SCENE`.
 
 {text}"""
 
 
 def write_tables(studies: dict[str, dict[str, Any]]) -> None:
-    """Write what follows from the studies alone."""
+    """Write reports, plots, index page and the table of the README from the results."""
+    for name, result in studies.items():
+        (STUDIES / name / 'report.md').write_text(report.page(result))
+        plot.draw(result, STUDIES / name)
     (STUDIES / 'README.md').write_text(index(studies))
     fill(Path('README.md'), 'make study', summary(studies))
 

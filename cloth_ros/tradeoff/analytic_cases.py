@@ -1,9 +1,9 @@
 """
-A ladder of systems whose answer is known, and how far each method is from it.
+Systems with a closed solution, and the error of each integrator on them.
 
-Each rung asks for one thing more: a constant force, a spring, damping, many springs, rest, large
-angles, air.  The answers are closed formulas, in double precision; those of the last rungs are
-what a method is known to make of an oscillator at a step that is too long to resolve it.
+In the order of the list each adds one thing: a constant force, a spring, damping, many springs,
+equilibrium, large angles, air.  The last two solutions are those of the difference equations: what
+an integrator makes of an oscillator that its substep does not resolve.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ _NO_GRAVITY = (0.0, 0.0, 0.0)
 _BOTH_ENDS = ['0,0', '0,-1']
 _DOWN = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))  # columns run along -z
 
-# What was found, what it should be, and the largest relative difference that is tolerable.
+# Simulated value, exact value, and tolerated relative difference.
 _Measurement = tuple[float | Array, float | Array, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
     """
-    What a method makes of a system.
+    Result of an integrator for a system.
 
     Attributes
     ----------
     system, method
-        Their names.
+        Names of system and integrator.
     found, exact
-        In the unit of the system; numbers, or arrays of the same shape.
+        Simulated and exact values in the unit of the system; numbers, or arrays of one shape.
     tolerance
-        Largest relative difference that is tolerable.
+        Tolerated relative difference.
 
     """
 
@@ -54,32 +54,33 @@ class Result:
 
     @property
     def error(self) -> float:
-        """The largest relative difference; inf for what is not finite."""
+        """Largest relative difference; inf if a value is not finite."""
         found, exact = np.asarray(self.found, float), np.asarray(self.exact, float)
         error = float(np.max(np.abs(found - exact) / np.abs(exact)))
         return error if math.isfinite(error) else math.inf
 
     @property
     def holds(self) -> bool:
-        """True if the difference is tolerable."""
+        """True if the difference is tolerated."""
         return self.error <= self.tolerance
 
 
 @dataclass(frozen=True)
 class AnalyticCase:
     """
-    A system with a known answer.
+    A system with a closed solution.
 
     Attributes
     ----------
     name
-        What it is.
+        Of the system.
     text
-        What is known, in one line.
+        The solution, in one line.
     unit
-        Of the answer.
+        Of the solution.
     run
-        Simulates it with a method, and returns what was found, the answer and the tolerance.
+        Function of the name of an integrator: simulates the system, and returns the simulated
+        value, the exact value and the tolerated relative difference.
 
     """
 
@@ -89,20 +90,20 @@ class AnalyticCase:
     run: Callable[[str], _Measurement]
 
     def measure(self, method: str) -> Result:
-        """Simulate the system with a method, and compare."""
+        """Simulate the system with an integrator and compare."""
         return Result(self.name, method, *self.run(method))
 
 
 def scene(method: str, **changes: object) -> Scene:
     """
-    Return a scene in double precision, with gravity and structural springs alone.
+    Return a scene in double precision with gravity and structural springs only.
 
     Parameters
     ----------
     method
-        Integration method.
+        Integrator.
     changes
-        Parameters by name, with two underscores for the dot.
+        Parameters by name, two underscores for each dot.
 
     """
     bare = {
@@ -120,16 +121,16 @@ def scene(method: str, **changes: object) -> Scene:
 
 
 def _row(method: str, particles: int, **changes: object) -> Cloth:
-    """Return a row of particles, 1 m long, its first one pinned unless `changes` say else."""
+    """Return a row of particles, 1 m long, with the first one pinned unless `changes` differ."""
     row = {'sheet__rows': 1, 'sheet__columns': particles, 'pins': ['0,0']}
     return Cloth(scene(method, **{**row, **changes}))
 
 
 def _eigenvalue(samples: Iterable[float]) -> complex:
     """
-    Return the z in the upper half-plane of samples xₙ = Re(c zⁿ).
+    Return z, Im z ≥ 0, of samples xₙ = Re(c zⁿ).
 
-    Such samples satisfy xₙ₊₁ = 2 Re(z) xₙ − |z|² xₙ₋₁, which is fitted to them.
+    They satisfy xₙ₊₁ = 2 Re(z) xₙ − |z|² xₙ₋₁, whose coefficients are fitted.
     """
     x = np.array(list(samples))
     (twice, minus), *_ = np.linalg.lstsq(np.stack([x[1:-1], x[:-2]], 1), x[2:], rcond=None)
@@ -141,18 +142,18 @@ def _free_fall(method: str) -> _Measurement:
     height = cloth.positions[..., 2]
     cloth.advance(1.0)
     fall = height - cloth.positions[..., 2]
-    # A second-order method does a parabola to rounding.
+    # Second-order integrators are exact for a parabola.
     return fall, np.full_like(fall, _GRAVITY / 2), 1e-12
 
 
-# One mass on a spring that it moves along: linear, as long as it does not reach the other end.
+# One mass on a spring, moving along it: linear while it does not reach the other end.
 _ELASTIC = 3600.0  # 1/s², stiffness per mass
 _MASS = 0.1  # kg
-_OFFSET = 1e-3  # m, so little that no substep is divided for its speed
+_OFFSET = 1e-3  # m, so small that no substep is divided for its speed
 
 
 def _oscillator(method: str, **changes: object) -> tuple[Cloth, float]:
-    """Return a particle drawn out along its spring, and its x at rest, m."""
+    """Return a particle displaced along its spring, and its x at rest, m."""
     cloth = _row(
         method,
         2,
@@ -176,7 +177,7 @@ def _steps(cloth: Cloth, count: int) -> Iterator[None]:
 
 
 def _turn(method: str, **changes: object) -> tuple[complex, float]:
-    """Return what an oscillation is multiplied by in a substep, and the substep, s."""
+    """Return the factor z of an oscillation in a substep, and the substep, s."""
     cloth, rest = _oscillator(method, **changes)
     return _eigenvalue(cloth.positions[0, 1, 0] - rest for _ in _steps(cloth, 200)), cloth.substep
 
@@ -226,7 +227,7 @@ def _sag(method: str) -> _Measurement:
     cloth.advance(4.0)
     found = -np.diff(cloth.positions[0, :, 2]) - 1 / (particles - 1)
     below = np.arange(particles - 1, 0, -1) * cloth.scene.sheet.particle_mass
-    # Drag leaves e⁻⁴⁰ of the swing, and rest is the same with every step.
+    # Drag leaves e⁻⁴⁰ of the oscillation, and the equilibrium does not depend on the substep.
     return found, below * _GRAVITY / stiffness, 1e-10
 
 
@@ -237,11 +238,11 @@ def _catenary(method: str) -> _Measurement:
     )
     arc = np.linspace(-length / 2, length / 2, links + 1)
     shape = np.zeros((1, links + 1, 3))
-    shape[0, :, 0] = arc * span / length  # a V to begin with, no spring of it strained
+    shape[0, :, 0] = arc * span / length  # from an unstrained V
     shape[0, :, 2] = -(length / 2 - np.abs(arc)) * math.sqrt(1 - (span / length) ** 2)
     cloth.positions = shape
     cloth.advance(4.0)
-    # sinh u = u length/span, by Newton's method from above; then a = span/2u.
+    # Newton's method for sinh u = u length/span; then a = span/2u.
     u = math.sqrt(6 * (length / span - 1))
     for _ in range(20):
         u -= (math.sinh(u) - u * length / span) / (math.cosh(u) - length / span)
@@ -287,10 +288,10 @@ def _fall_in_air(method: str, rate: float, seconds: float) -> tuple[float, float
     """
     Return the speed of a flat sheet that falls in air, and its terminal speed, m/s.
 
-    Without springs each particle falls for itself.  Those at the edges have less area, fall
-    faster and turn the triangles of their neighbours, which is felt a row further inside with
-    every kick; the middle of 41 rows falls flat for 19 of them.  The wide spacing keeps this
-    unstable fall from being disturbed by rounding.
+    Without springs each particle falls independently.  Those at the edges have less area, fall
+    faster and tilt the triangles of their neighbours, and with every kick this reaches one row
+    further inside; the middle of 41 rows falls flat for 19 kicks.  Rounding disturbs this unstable
+    fall less with a wide spacing.
     """
     rows, spacing, density = 41, 10.0, 1.2
     mass = 20.0  # kg, of a particle
@@ -314,19 +315,19 @@ def _fall_in_air(method: str, rate: float, seconds: float) -> tuple[float, float
 
 def _terminal_air(method: str) -> _Measurement:
     speed, terminal = _fall_in_air(method, 5.0, 3.6)
-    # Each of the steps, of g h/v = 1.1, leaves a fifth of the difference or less.
+    # Each substep, of g h/v = 1.1, leaves a fifth of the difference or less.
     return speed, terminal, 1e-12
 
 
 def _approach(method: str) -> _Measurement:
     time = 0.09
     speed, terminal = _fall_in_air(method, 200.0, time)
-    # The air's kick is of second order in every method, here with steps of g h/v = 0.03.
+    # The impulse of the air is of second order in every integrator; g h/v = 0.03 here.
     return speed, terminal * math.tanh(_GRAVITY * time / terminal), 1e-4
 
 
 def _unresolved(method: str, viscous: float) -> _Measurement:
-    """Compare modulus and phase of what a step of ω h = 1 multiplies an oscillation by."""
+    """Compare modulus and phase of the factor of an oscillation in a substep, ω h = 1."""
     rate = math.sqrt(_ELASTIC)
     z, h = _turn(method, rate=rate, solver__substeps=1, springs__damping=viscous * _MASS)
     spectrum = np.linalg.eigvals(INTEGRATORS[method].amplification(h, _ELASTIC, viscous))
@@ -358,7 +359,7 @@ ANALYTIC_CASES = (
         )
         for mode in (1, 2, 5, 10)
     ),
-    AnalyticCase('hanging chain', 'stretch = weight below / k', 'm', _sag),
+    AnalyticCase('hanging chain', 'elongation = weight below / k', 'm', _sag),
     AnalyticCase('catenary', 'z = a cosh(x/a), 2 a sinh(span/2a) = length', 'm', _catenary),
     *(
         AnalyticCase(
@@ -374,7 +375,7 @@ ANALYTIC_CASES = (
     AnalyticCase('fall in air', 'v = u tanh(g t/u), u = √(2 m g/(ρ C A))', 'm/s', _approach),
     AnalyticCase(
         'numerical frequency',
-        'modulus and argument of the eigenvalue of a step, ω h = 1',
+        'modulus and argument of the eigenvalue of a substep, ω h = 1',
         '1, rad',
         partial(_unresolved, viscous=0.0),
     ),

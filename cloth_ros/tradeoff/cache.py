@@ -1,4 +1,4 @@
-"""What has been measured already, so that an interrupted study goes on where it stopped."""
+"""Cache of results on disk, so that an interrupted study continues where it stopped."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ NO_ARRAY = np.empty(0)
 
 @functools.cache
 def _fingerprint() -> str:
-    """Return what changes with the code that results come from."""
+    """Return a hash of the code that results depend on."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for folder in ('model', 'tradeoff'):
+    for folder in ('scene', 'model', 'live', 'tradeoff'):
         for path in sorted((package / folder).rglob('*.py')):
             digest.update(path.read_bytes())
     return digest.hexdigest()
@@ -30,10 +30,16 @@ def _fingerprint() -> str:
 
 class Cache:
     """
-    Results by what they are results of.
+    Results on disk, addressed by a key.
 
-    A result belongs to the scene, the setting, the machine, the versions and the code that it was
-    measured with; what any of them has changed is measured anew.
+    The key names scene, setting, machine and versions; the code belongs to it as well.  A result
+    for which any of these has changed is not found.
+
+    Parameters
+    ----------
+    folder
+        Created if it does not exist.
+
     """
 
     def __init__(self, folder: Path) -> None:
@@ -45,7 +51,7 @@ class Cache:
         return self._folder / hashlib.sha256(text.encode()).hexdigest()[:20]
 
     def load(self, key: Mapping[str, Any]) -> tuple[Any, Array] | None:
-        """Return the result for a key and its array, or None if none that is whole is there."""
+        """Return the result for a key and its array; None if there is none or it is damaged."""
         path = self._path(key)
         try:
             result = json.loads(path.with_suffix('.json').read_text())['result']
@@ -56,7 +62,7 @@ class Cache:
         return result, array
 
     def save(self, key: Mapping[str, Any], result: Any, array: Array = NO_ARRAY) -> None:
-        """Keep what `json` can write, and an array; they are there as a whole or not at all."""
+        """Write a result that `json` can represent, and an array; each file is replaced whole."""
         path = self._path(key)
         draft = path.with_suffix('.part')
         with draft.open('wb') as file:

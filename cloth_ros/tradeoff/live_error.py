@@ -1,32 +1,34 @@
-"""How good the live error estimate is: beside it, the error against a much finer solution."""
+"""Accuracy of the live error estimate: compare it with the error against a much finer solution."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from ..live.error_estimate import ErrorEstimator
-from ..model import Cloth
+from ..model import Cloth, Inputs
+from ..model.step_control import AdaptiveStepControl
 from ..scene import Scene
 from .run import Scenario
 
-# By how much the substeps of what is taken for the truth are divided.
-FINER = 16
+# Division of the substeps of the solution that counts as exact.
+DIVISION = 16
 
 
 @dataclass(frozen=True)
 class Comparison:
     """
-    An estimate beside the truth.
+    Estimated and true error of one window of simulated time.
 
     Attributes
     ----------
     time, seconds
         End and length of the window, s of simulated time.
     estimate, truth
-        Largest position error that has come up within it, m.
+        Largest position error that has arisen within it, m.
 
     """
 
@@ -37,28 +39,34 @@ class Comparison:
 
 
 def compare(scene: Scene, scenario: Scenario) -> list[Comparison]:
-    """Run a scene with its own solver parameters, estimating all the time; return every sample."""
+    """
+    Run a scene with its own solver parameters and compare every estimate of its error.
+
+    Each window starts from the state that the cloth has then: the error that it had before the
+    window does not count.
+    """
     cloth = Cloth(scene)
-    monitor = ErrorEstimator(cloth)
-    exact = Cloth(scene.with_parameters({'solver.precision': 'double'}), finer=FINER)
-    inputs: list[list[list[float]]] = []
+    estimator = ErrorEstimator(cloth)
+    exact = Cloth(
+        scene.with_parameters({'solver.precision': 'double'}),
+        step_control=partial(AdaptiveStepControl, division=DIVISION),
+    )
+    inputs: list[Inputs] = []
     comparisons = []
     for tick in scenario.ticks(cloth):
         if not inputs:
-            exact.adopt(cloth)
-        inputs.append([point.tolist() for point in cloth.sphere_waypoints])
+            exact.restore(cloth.snapshot())
+        inputs.append(cloth.inputs)
         before = cloth.positions
-        monitor.observe(tick)
+        estimator.observe(tick)
         cloth.advance(tick)
-        last = monitor.estimate
-        monitor.work(math.inf)
-        estimate = monitor.estimate
+        last = estimator.estimate
+        estimator.work(math.inf)
+        estimate = estimator.estimate
         if estimate is not None and estimate is not last:
-            # The window ended before this tick, which the monitor has not taken part of.
-            for waypoints in inputs[:-1]:
-                for point in waypoints:
-                    exact.move_sphere(point)
-                exact.advance(tick)
+            # The window ended before this tick.
+            for each in inputs[:-1]:
+                exact.advance(tick, each)
             truth = float(np.linalg.norm(exact.positions - before, axis=-1).max())
             comparisons.append(
                 Comparison(estimate.time, estimate.seconds, estimate.largest, truth)

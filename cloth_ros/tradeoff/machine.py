@@ -1,4 +1,4 @@
-"""What a measurement was made on, and with."""
+"""Machine and software versions of a measurement."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 def _processor() -> tuple[str, str]:
-    """Return the name of the processor, and its widest vector instructions."""
+    """Return the name of the processor and its widest vector instructions."""
     try:
         lines = Path('/proc/cpuinfo').read_text().splitlines()
     except OSError:

@@ -1,8 +1,9 @@
-"""The command `cloth_tradeoff`: measures speed against accuracy on this machine."""
+"""Command `cloth_tradeoff`: measure speed against accuracy of a scene on this machine."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import math
 import signal
@@ -17,47 +18,58 @@ from ..scene import Scene
 from ..scene.parameter import checked_vector
 
 _LONGEST = 60.0  # s
+# Used by the study only, so not required by the package.
+_LIBRARIES = ('matplotlib', 'scipy', 'tqdm')
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser whose complaints take one line."""
+    """Argument parser with error messages of one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong, and end."""
+        """Print the error in one line and exit with code 2."""
         self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog='cloth_tradeoff',
-        description='Measure what each setting of the solver costs on this machine, and how '
-        'wrong it is: a plot, tables, JSON and a recommendation for each scene.',
-        epilog='An interrupted study goes on where it stopped when it is started again.',
+        description='Measure the cost and the error of solver settings on this machine: a plot, '
+        'tables, JSON and a recommendation for each scene.',
+        epilog='Interrupted, it continues where it stopped when it is started again.',
     )
     parser.add_argument('scenes', metavar='SCENE', nargs='+', help='scene file (YAML)')
     parser.add_argument(
-        '--quick', action='store_true', help='about a minute a scene instead of some'
+        '--quick', action='store_true', help='fewer settings: about a minute per scene'
     )
     parser.add_argument(
-        '--out', metavar='DIR', default='tradeoff', help='where results go (default: tradeoff)'
+        '--out',
+        metavar='DIR',
+        default='tradeoff',
+        help='folder of the results (default: tradeoff)',
     )
     parser.add_argument(
         '--seconds',
         metavar='S',
         type=float,
-        help='simulated time (default: 1, or what is affordable)',
+        help='simulated time (default: 1, or less if that takes minutes)',
     )
     parser.add_argument(
         '--sphere',
         metavar=('X', 'Y', 'Z'),
         nargs=3,
         type=float,
-        help='send the sphere there, in scenes that have one',
+        help='move the sphere to this position [m]',
     )
     parser.add_argument(
-        '--over', metavar='S', type=float, default=0.3, help='time that this takes (default: 0.3)'
+        '--over',
+        metavar='S',
+        type=float,
+        default=0.3,
+        help='duration of this movement (default: 0.3)',
     )
-    parser.add_argument('--fresh', action='store_true', help='measure again what is there already')
+    parser.add_argument(
+        '--fresh', action='store_true', help='ignore the results of earlier studies'
+    )
     return parser
 
 
@@ -68,26 +80,33 @@ def _positive(name: str, value: float) -> float:
 
 
 def _scenes(paths: Sequence[str]) -> dict[str, Scene]:
-    """Read the scenes, by the names that their results are given."""
+    """Return the scenes by name, which is that of the file without its extension."""
+    from ..model import check_scene
+    from ..model.time_step import stability_limit
+
     scenes: dict[str, Scene] = {}
     for path in paths:
         try:
             scene = Scene.from_yaml(path)
         except OSError as error:
             raise ValueError(f'{path}: {error.strerror or error}') from None
+        try:
+            check_scene(scene)
+        except ValueError as error:
+            raise ValueError(f'{path}: {error}') from None
         name = Path(path).stem
         if name in scenes:
-            raise ValueError(f'two scenes are called {name!r}; rename one of the files')
+            raise ValueError(f'two scenes have the name {name!r}; rename one of the files')
         if scene.pinned().all():
-            raise ValueError(f'{path}: every particle is pinned, nothing moves; free some')
-        if math.isinf(scene.stability_limit()):
-            raise ValueError(f'{path}: without springs there is no cloth to study; add some')
+            raise ValueError(f'{path}: all particles are pinned; leave some out of pins')
+        if math.isinf(stability_limit(scene)):
+            raise ValueError(f'{path}: has no springs, nothing to study; set springs.structural')
         scenes[name] = scene
     return scenes
 
 
 class _Bar:
-    """A progress bar over the seconds that the whole is expected to take."""
+    """Progress bar over the expected wall-clock time of a study."""
 
     def __init__(self, name: str) -> None:
         from tqdm import tqdm
@@ -95,8 +114,8 @@ class _Bar:
         self._bar = tqdm(
             desc=name,
             total=0.0,
-            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| {elapsed} gone, {remaining} left',
-            disable=None,  # no bar where nobody watches
+            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| {elapsed}, {remaining} left',
+            disable=None,  # only on a terminal
             leave=False,
         )
         self._name = name
@@ -108,7 +127,7 @@ class _Bar:
         self._bar.refresh()
 
     def __call__(self, text: str, seconds: float) -> None:
-        """Say what comes next, or that what was expected to take `seconds` is done."""
+        """Show the next part, or, without a text, that a part of `seconds` s is done."""
         if text and self._quiet:
             print(f'  {text}', flush=True)
         elif text:
@@ -118,7 +137,7 @@ class _Bar:
             self._bar.update(seconds)
 
     def close(self) -> None:
-        """Leave the line to what follows."""
+        """Remove the bar."""
         self._bar.close()
 
 
@@ -140,7 +159,7 @@ def _study(
         x, y, z = arguments.sphere
         goal = (x, y, z)
     elif arguments.sphere is not None:
-        print(f'{name}: has no sphere to send anywhere; --sphere is left out', file=sys.stderr)
+        print(f'{name}: has no sphere; --sphere has no effect', file=sys.stderr)
     options = Options(arguments.quick, arguments.seconds, goal, arguments.over)
     bar = _Bar(name)
 
@@ -150,9 +169,9 @@ def _study(
 
     start = time.perf_counter()
     try:
-        progress('compiling, and up to the first gust', 0.0)
-        store = Cache(parts)
-        study = Study(name, scene, Schedule(scene, options, store), store, progress)
+        progress('compiling, simulating up to the first gust', 0.0)
+        cache = Cache(parts)
+        study = Study(name, scene, Schedule(scene, options, cache), cache, progress)
         bar.expect(study.expected)
         result = study.run()
     finally:
@@ -160,17 +179,20 @@ def _study(
     (folder / 'result.json').write_text(json.dumps(result, indent=1) + '\n')
     (folder / 'report.md').write_text(report.page(result))
     plot.draw(result, folder)
-    print(f'{name}: {folder / "report.md"}, after {time.perf_counter() - start:.0f} s')
+    print(f'{name}: {folder / "report.md"} written after {time.perf_counter() - start:.0f} s')
     print(report.recommendation_text(result), flush=True)
 
 
 def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
-    """Study every scene that is named."""
+    """Check the arguments and the installation, then study each scene."""
     if arguments.seconds is not None:
         _positive('--seconds', arguments.seconds)
     _positive('--over', arguments.over)
     if arguments.sphere is not None:
         checked_vector('--sphere', arguments.sphere, 'sphere.position')
+    for module in _LIBRARIES:
+        if importlib.util.find_spec(module) is None:
+            raise ModuleNotFoundError(name=module)
     for name, scene in _scenes(arguments.scenes).items():
         folder = Path(arguments.out) / name
         try:
@@ -181,9 +203,9 @@ def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
 
 
 def _explain(error: BaseException) -> int:
-    """Say in a line why there is no study, and return the exit code; raise what is no reason."""
+    """Print in one line why there is no study and return the exit code; raise other errors."""
     if isinstance(error, ModuleNotFoundError):
-        reason = f'there is no {error.name}; install it: pip install {error.name}'
+        reason = f"{error.name} is not installed; pip install 'cloth_ros[tradeoff]'"
     elif isinstance(error, (ValueError, OSError)):
         reason = str(error)
     else:
@@ -193,7 +215,7 @@ def _explain(error: BaseException) -> int:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Study every scene that is named, until Ctrl-C; return the exit code."""
+    """Study the scenes of the command line until Ctrl-C; return the exit code."""
     arguments = _parser().parse_args(args)
     stop = StopSignal(signal.SIGINT)
     try:
@@ -201,7 +223,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except BaseException as error:
         if not stop.requested:
             return _explain(error)
-        print('\ncloth_tradeoff: stopped; the same command goes on from here', file=sys.stderr)
+        print('\ncloth_tradeoff: stopped; the same command continues from here', file=sys.stderr)
         return 130
     finally:
         stop.restore()

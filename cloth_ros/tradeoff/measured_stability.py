@@ -1,21 +1,19 @@
 """
-Where the methods break, measured: the step from which on a disturbance of a state grows.
+Measured stability limits: the substep from which on a disturbance of a state grows.
 
-The steps are real ones, made by the method and the compiled kernels in double precision.  The
-acceleration of the undisturbed state is subtracted, so that it stays where it is, and a step
-turns a disturbance of positions and velocities into another one.  What a disturbance becomes in
-many steps is told by the eigenvalues z of this map: it grows where |z| > 1.
+The substeps are real ones, of the integrator and the compiled kernels in double precision.  The
+acceleration of the undisturbed state is subtracted, which makes it an equilibrium; a substep is
+then a map of disturbances of positions and velocities, linear for small ones.  A disturbance grows
+over many substeps where this map has an eigenvalue |z| > 1.
 
-Growth alone does not say that a method breaks.  Compressed springs buckle, and disturbances of
-the real cloth grow as well, at any step; in a crumpled sheet that is faster than a method blows
-up, and whoever waits for a disturbance to become large sees nothing else.  Such growth goes on in
-one direction, z > 1.  What the cloth cannot do is to turn over in every step and grow, z < −1,
-and so it is the least real part of all z that is watched.  Arnoldi's iteration finds it from a
-random disturbance: it makes each step from what the step before has added to all earlier ones, in
-which buckling is no louder than anything else.
+Growth alone does not mean that the integration is unstable.  Compressed springs buckle, so that
+disturbances of the real cloth grow at any substep, in a crumpled sheet faster than an unstable
+integration does.  Buckling keeps its direction, z > 1.  What the cloth cannot do is to change the
+sign of a disturbance in every substep and grow, z < −1; therefore the smallest real part of all z
+is the one that counts.
 
-That a method makes damping itself grow may also be in one direction.  It is measured apart, with
-positions that are held, where springs cannot buckle.
+Damping that is integrated unstably may also keep its direction.  It is measured separately, with
+positions held fixed, where springs cannot buckle.
 """
 
 from __future__ import annotations
@@ -27,24 +25,28 @@ import numpy as np
 
 from ..model.forces.springs import spring_families
 from ..model.grid import Array, Grid, flat_sheet
-from ..model.integrators import kick_drift_kernel
+from ..model.integrators import kick_drift_kernel as kernel
 from ..model.integrators.integrator import SubstepBatch
 from ..model.integrators.kick_drift import KickDrift
 from ..model.state import State
 from ..model.time_step import integrator_for
+from ..model.time_step import stability_limit as bound_of_all_states
 from ..scene import Scene
-from .tangent_stiffness import eigenvalue_with_largest_real_part, stability_limit
+from .eigenvalues import has_eigenvalue_above
+from .tangent_stiffness import stability_limit
 
-# Pieces of larger sheets are as large as this in each direction: there are no edges to speak of.
+# Largest number of rows and columns that is measured: the edges of a larger sheet have no
+# influence on its limit.
 _LARGEST = 24
-# Length of all disturbances together, as a share of the shortest spacing: the forces are then
-# linear, and rounding still small, to about 1e-7.
+# Norm of a disturbance as a share of the shortest spacing: forces are linear, and rounding is
+# small, both to about 1e-7.
 _SMALL = 1e-5
-# Share of an eigenvalue z of the map that its residual may be.
-_RESIDUAL = 1e-4
-# What |z| must exceed 1 by.  At the limit two z meet in −1, where the error is the root of the
-# residual; a step that is too long by the share δ has |z| = 1 + √(8 δ) there, so that this is a δ
-# of 5e-5.  Where damping alone breaks a method, it is one of a percent.
+# Residual of an eigenvalue z of the map, as a share of it.
+_TOLERANCE = 1e-4
+# Excess of |z| over 1 that counts as growth.  At the limit two z coincide in −1, where the error
+# of an eigenvalue is the root of the residual, 0.01.  A substep too long by the share δ has
+# |z| = 1 + √(8 δ) there, so that this is a δ of 5e-5; where damping alone is unstable, it is one
+# of a percent.
 _GROWTH = 0.02
 _PRECISION = 0.005  # of the limit
 _WIDEST = 1e6  # multiple of the bound at which the search for a limit ends
@@ -56,16 +58,16 @@ _CRUMPLED = 0.5
 @dataclass(frozen=True)
 class StabilityComparison:
     """
-    The stability limits of one state.
+    Stability limits of one state.
 
     Attributes
     ----------
     state
         Its name.
     rows, columns
-        Of the sheet, or of the piece of it, that was measured.
+        Of the sheet, or of the part of it that was measured.
     predicted, bound, measured
-        Longest stable step by the tangent stiffness, for every state, and as measured, s.
+        Longest stable substep, s: by the tangent stiffness, in every state, and as measured.
 
     """
 
@@ -77,99 +79,130 @@ class StabilityComparison:
     measured: float
 
 
-class _Balanced(KickDrift):
+class _BalancedStep:
     """
-    Forces less those of one state, which is an equilibrium so.
-
-    Attributes
-    ----------
-    held
-        True if positions stay as they are.
-
-    """
-
-    def __init__(self, scene: Scene, state: State) -> None:
-        super().__init__(scene, state.lattice, np.zeros(3), state.dtype, apart=True)
-        self.held = False
-        self._undisturbed = np.zeros_like(state.acceleration)
-        self.accelerate(state)
-        self._undisturbed = state.acceleration.copy()
-
-    def _make(self, state: State, table: Array) -> None:
-        for row in table:
-            position = state.position
-            super()._make(state, row[None])
-            if row[0] in (kick_drift_kernel.ACCELERATE, kick_drift_kernel.ACCELERATE_MIDDLE):
-                state.acceleration -= self._undisturbed
-            if self.held:
-                state.position[...] = position
-
-
-class _Disturbances:
-    """What steps make of disturbances of a state."""
-
-    def __init__(self, scene: Scene, positions: Array) -> None:
-        grid = np.moveaxis(np.asarray(positions, float), -1, 0)
-        self._undisturbed = grid - grid.mean(axis=(1, 2), keepdims=True)
-        self._grid_layout = Grid(scene.sheet.rows, scene.sheet.columns)
-        self._state = State(self._grid_layout, np.float64)
-        self._state.pin(scene.pinned())
-        self._grid_layout.grid(self._state.position)[...] = self._undisturbed
-        self._kick_drift = _Balanced(scene, self._state)
-        self._method = integrator_for(scene)(self._kick_drift)
-        self._small = _SMALL * scene.sheet.shortest_spacing
-        free = np.broadcast_to(~scene.pinned(), grid.shape)
-        self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * free
-
-    def grow(self, h: float) -> bool:
-        """Return whether steps of `h` s make disturbances grow that the cloth itself does not."""
-        value, _, left = eigenvalue_with_largest_real_part(
-            lambda field: -self._step(field, [h]), self._start, _RESIDUAL
-        )
-        if left <= _RESIDUAL and value.real > 1 + _GROWTH:
-            return True
-        if not self._kick_drift.damped:
-            return False
-        start = self._start * np.array([0.0, 1.0])[:, None, None, None]
-        # Two steps, so that either sign of z is found.
-        value, _, _ = eigenvalue_with_largest_real_part(
-            lambda field: self._step(field, [h, h], held=True), start, _RESIDUAL
-        )
-        return value.real > 1 + _GROWTH
-
-    def _step(self, field: Array, steps: list[float], *, held: bool = False) -> Array:
-        """Return what becomes of displacements, m, and velocities times the step, in one array."""
-        self._kick_drift.held = held
-        ahead, behind = (self._run(side * field, steps) for side in (1, -1))
-        return (ahead - behind) / (2 * self._small)
-
-    def _run(self, field: Array, steps: list[float]) -> Array:
-        grid, state = self._grid_layout.grid, self._state
-        grid(state.position)[...] = self._undisturbed + self._small * field[0]
-        grid(state.velocity)[...] = self._small / steps[0] * field[1]
-        blocks = [SubstepBatch(1, h) for h in steps]
-        for _ in self._method.run(state, blocks, lambda _: None, lambda _: False):
-            pass
-        moved = grid(state.position) - self._undisturbed
-        return np.stack([moved, steps[0] * grid(state.velocity)])
-
-
-def measured_limit(scene: Scene, positions: Array) -> float:
-    """
-    Return the longest step, s, with which a method is stable about a state, to one percent.
-
-    Contact, air, drag and gravity are left out; inf if nothing ever grows.
+    Substeps of a sheet with the forces of one state subtracted, which makes it an equilibrium.
 
     Parameters
     ----------
     scene
-        Its springs, masses, pins and method.
+        Its springs, pins and integrator.
+    state
+        The equilibrium; substeps change it in place.
+
+    Attributes
+    ----------
+    damped
+        True if forces depend on velocities.
+
+    """
+
+    def __init__(self, scene: Scene, state: State) -> None:
+        self._state = state
+        self._kick_drift = KickDrift(scene, state.grid, state.dtype, separate=True)
+        self._integrator = integrator_for(scene)
+        self.damped = self._kick_drift.damped
+        self._kick_drift.accelerate(state)
+        self._undisturbed = state.acceleration.copy()
+
+    def apply(self, h: float, *, held: bool) -> None:
+        """Take a substep of `h` s; with `held`, positions stay as they are."""
+        state, kick_drift = self._state, self._kick_drift
+        before = state.position.copy()
+        for step in self._integrator.steps(SubstepBatch(1, h)):
+            for row in kick_drift.operations(step):
+                kick_drift.run(state, np.array([row]), (0.0, 0.0, 0.0))
+                if row[0] in (kernel.ACCELERATE, kernel.ACCELERATE_AT_MIDPOINT):
+                    state.acceleration -= self._undisturbed
+                if held:
+                    state.position[...] = before
+
+
+class _Disturbances:
+    """Map of disturbances of a state by substeps."""
+
+    def __init__(self, scene: Scene, positions: Array) -> None:
+        grid = np.moveaxis(np.asarray(positions, float), -1, 0)
+        self._undisturbed = grid - grid.mean(axis=(1, 2), keepdims=True)
+        self._state = State(Grid(scene.sheet.rows, scene.sheet.columns), np.float64)
+        self._state.pin(scene.pinned())
+        self._position[...] = self._undisturbed
+        self._step = _BalancedStep(scene, self._state)
+        self._small = _SMALL * scene.sheet.shortest_spacing
+        self._free = ~scene.pinned()
+        self._start = np.random.default_rng(0).standard_normal((2, *grid.shape)) * self._free
+
+    @property
+    def _position(self) -> Array:  # kernels exchange the arrays of the state
+        return self._state.grid.interior(self._state.position)
+
+    @property
+    def _velocity(self) -> Array:
+        return self._state.grid.interior(self._state.velocity)
+
+    def grow(self, h: float) -> bool:
+        """Return whether substeps of `h` s make disturbances grow that the cloth does not."""
+        if has_eigenvalue_above(
+            lambda field: -self._map(field, h), self._start, 1 + _GROWTH, _TOLERANCE
+        ):
+            return True
+        if not self._step.damped:
+            return False
+        start = self._start * np.array([0.0, 1.0])[:, None, None, None]
+        # Two substeps, so that z of either sign is found.
+        return has_eigenvalue_above(
+            lambda field: self._map(field, h, substeps=2, held=True),
+            start,
+            1 + _GROWTH,
+            _TOLERANCE,
+        )
+
+    def _map(self, field: Array, h: float, *, substeps: int = 1, held: bool = False) -> Array:
+        """
+        Return what substeps of `h` s make of a disturbance.
+
+        Parameters
+        ----------
+        field
+            Displacements, and velocities times `h`, relative to `_small`, shape
+            (2, 3, rows, columns).
+        h
+            s.
+        substeps
+            Their number.
+        held
+            True to hold positions fixed.
+
+        """
+        results = []
+        for sign in (1, -1):
+            disturbance = sign * self._small * self._free * field
+            self._position[...] = self._undisturbed + disturbance[0]
+            self._velocity[...] = disturbance[1] / h
+            for _ in range(substeps):
+                self._step.apply(h, held=held)
+            displacement = self._position - self._undisturbed
+            results.append(np.stack([displacement, h * self._velocity]))
+        difference: Array = (results[0] - results[1]) / (2 * self._small)
+        return difference
+
+
+def measured_limit(scene: Scene, positions: Array) -> float:
+    """
+    Return the longest stable substep about a state, s, to one percent.
+
+    Contact, air, drag and gravity are left out; inf if nothing grows at any substep.
+
+    Parameters
+    ----------
+    scene
+        Its springs, masses, pins and integrator.
     positions
         m, shape (rows, columns, 3).
 
     """
     scene = _springs_alone(scene)
-    bound = scene.stability_limit()
+    bound = bound_of_all_states(scene)
     if scene.pinned().all() or not any(True for _ in spring_families(scene)):
         return math.inf
     disturbances = _Disturbances(scene, positions)
@@ -190,7 +223,7 @@ def measured_limit(scene: Scene, positions: Array) -> float:
 
 
 def states(scene: Scene) -> dict[str, Array]:
-    """Return positions about the centre, m, shape (rows, columns, 3), of states by name."""
+    """Return states of a sheet by name: positions about its centre, m, (rows, columns, 3)."""
     sheet = scene.sheet
     flat = flat_sheet(sheet.rows, sheet.columns, sheet.spacing, sheet.orientation)
     undeformed = np.moveaxis(flat, 0, -1)
@@ -207,10 +240,10 @@ def states(scene: Scene) -> dict[str, Array]:
 
 def compare(scene: Scene, method: str, state: str) -> StabilityComparison:
     """
-    Return predicted and measured stability limits of a method in one of the `states` of a sheet.
+    Return predicted and measured stability limits of an integrator in one of the `states`.
 
-    Of sheets with more than 24 rows or columns a piece of that size is measured: the same
-    particles, springs and pins, without the rest.
+    Of a sheet with more than 24 rows or columns, the first 24 are measured, with their particles,
+    springs and pins.
     """
     scene = scene.with_parameters({'solver.method': method, 'solver.substeps': 0})
     piece = _piece(scene)
@@ -220,7 +253,7 @@ def compare(scene: Scene, method: str, state: str) -> StabilityComparison:
         piece.sheet.rows,
         piece.sheet.columns,
         stability_limit(piece, positions),
-        scene.stability_limit(),
+        bound_of_all_states(scene),
         measured_limit(piece, positions),
     )
 
@@ -238,7 +271,7 @@ def _springs_alone(scene: Scene) -> Scene:
 
 
 def _piece(scene: Scene) -> Scene:
-    """Return a scene with the first rows and columns of a sheet alone, as many as are measured."""
+    """Return a scene with those rows and columns of a sheet that are measured."""
     sheet = scene.sheet
     rows, columns = min(sheet.rows, _LARGEST), min(sheet.columns, _LARGEST)
     if (rows, columns) == (sheet.rows, sheet.columns):

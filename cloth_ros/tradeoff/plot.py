@@ -1,4 +1,4 @@
-"""The work-precision plot of a scene: what each setting costs, and how wrong it is."""
+"""Work-precision plot of a scene: error of each setting against its cost."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from . import recommendation
 
 _COLOURS = {'position_verlet': '#1b6ca8', 'auto': '#3a7d44'}
 _OTHER = '#6b4e71'
-_NAMES = {'auto': "the solver's own choice, for a tolerance in mm"}
+_NAMES = {'auto': 'substeps chosen by the solver, labelled with the tolerance in mm'}
 
 
 def draw(result: dict[str, Any], folder: Path) -> None:
@@ -31,7 +31,7 @@ def draw(result: dict[str, Any], folder: Path) -> None:
     if known:
         _draw_known(axes, known, result)
     else:
-        axes.text(0.5, 0.5, 'no error is known: the reference does not converge', ha='center')
+        axes.text(0.5, 0.5, 'no errors: the reference does not converge', ha='center')
         axes.set_axis_off()
     for name in ('png', 'svg'):
         with matplotlib.rc_context({'svg.hashsalt': 'cloth_ros'}):
@@ -66,7 +66,7 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
         linewidth=5,
         alpha=0.35,
         zorder=1,
-        label='the frontier: nothing is cheaper and more accurate',
+        label='frontier: no other setting is both cheaper and more accurate',
     )
     axes.set_xscale('log')
     axes.set_yscale('log')
@@ -80,7 +80,7 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
 
 
 def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
-    """Write at every star for which tolerances, in mm, it stands."""
+    """Label every star with its tolerances, mm."""
     stars: dict[tuple[str, float], list[dict[str, Any]]] = {}
     for entry in known:
         if entry['setting']['method'] == 'auto' and not entry['setting']['substeps']:
@@ -100,7 +100,7 @@ def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
 
 
 def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
-    """Show settings that blew up above all others, at what they would have cost."""
+    """Mark settings that blew up above all others, at their expected cost."""
     unstable = [entry for entry in result['settings'] if entry['unstable']]
     if not unstable:
         return
@@ -122,7 +122,7 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
     reference, scenario = result['reference'], result['course']
     for share, text in (
         (1.0, 'real time'),
-        (recommendation.SHARE, f'{recommendation.SHARE:g} of it'),
+        (recommendation.SHARE, f'{recommendation.SHARE:g} of real time'),
     ):
         axes.axvline(share, color='#444444', linewidth=share, linestyle='--')
         axes.annotate(
@@ -161,10 +161,10 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
         axes.plot([], [], 'x', color='#444444', markersize=8, mew=2.2, label='blew up')
     axes.set_xlabel('cost: wall-clock seconds per simulated second (median and range)')
     axes.set_ylabel('largest position error [mm]')
-    begins = f' from {scenario["begins at"]:g} s on' if scenario['begins at'] else ''
+    begins = f' after {scenario["begins at"]:g} s' if scenario['begins at'] else ''
     axes.set_title(
         f'{result["scene"]}: {sheet["sheet.rows"]} × {sheet["sheet.columns"]} particles, '
-        f'the first {reference["horizon"]:.3g} s{begins}\n'
+        f'errors of the first {reference["horizon"]:.3g} s{begins}\n'
         f'{result["machine"]["processor"]}, one core, {result["machine"]["vector instructions"]}',
         fontsize=10,
     )

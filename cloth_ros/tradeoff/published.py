@@ -1,17 +1,17 @@
 """
-Figures that others have published, and what the cloth makes of the same systems.
+Published results of other programs, and those of this package for the same systems.
 
-The elastic pendulum is the exam of a course on numerical methods, whose solution lists where a
-mass on a spring is after a thousand seconds, for several steps and starts (course PHYD57,
-University of Toronto Scarborough, 2024,
+The elastic pendulum is the exam of a course on numerical methods, whose solution lists the
+position of a mass on a spring after 1000 s for several steps and initial positions (course
+PHYD57, University of Toronto Scarborough, 2024,
 http://planets.utsc.utoronto.ca/~pawel/PHYD57/fin-prob1-2024.res).  Its second-order scheme is
-leapfrog, which is position Verlet from a start that is half a step away.
+leapfrog, which is position Verlet from a start that differs by half a step.
 
-The folded chain hangs from both ends, side by side, and one end is let go.  Energy is conserved,
-ẏ² = g (2 L y − y²)/(L − y) for the drop y of the free end (M. G. Calkin, R. H. March, "The
-dynamics of a falling chain. I", Am. J. Phys. 57, 1989, 154), and the chain falls its length L in
-½ B(¾, ½)/√2 = 0.8472 of the time of free fall.  That holds for endlessly many links; two numbers
-of links give it by extrapolation in their inverse.
+The folded chain hangs from both ends, side by side, and one end is released.  Energy is
+conserved, ẏ² = g (2 L y − y²)/(L − y) for the drop y of the free end (M. G. Calkin, R. H. March,
+"The dynamics of a falling chain. I", Am. J. Phys. 57, 1989, 154), and the chain falls its length L
+in ½ B(¾, ½)/√2 = 0.8472 of the time of free fall.  That is the limit of infinitely many links,
+extrapolated here from two numbers of links in their inverse.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ _GRAVITY = 9.81  # m/s²
 @dataclass(frozen=True)
 class Published:
     """
-    A figure that was published.
+    A published result.
 
     Attributes
     ----------
     name
-        Of the system, with what it was simulated with.
-    quantity
-        What the numbers are, with their unit.
+        Of the system, with its parameters.
+    parameter
+        Names and units of the values.
     values
         As published.
     tolerance
-        Differences that rounding, and what is not said of the start, explain.
+        Differences that rounding of the published digits and an unknown start explain.
     steps
-        About how many substeps it takes.
+        Approximate number of substeps of the simulation.
     run
-        Simulates the system, and returns the same numbers.
+        Simulates the system and returns the same quantities.
 
     """
 
@@ -85,7 +85,7 @@ def _pendulum(method: str, step: float, y: float, stiffness: float) -> tuple[flo
 
 
 def falling_time(links: int, stiffness: float = 1e6) -> float:
-    """Return the time that a folded chain falls, as a share of that of free fall by its length."""
+    """Return the time of fall of a folded chain / that of free fall by its length."""
     length = 1.0
     cloth = Cloth(
         scene(
@@ -97,14 +97,14 @@ def falling_time(links: int, stiffness: float = 1e6) -> float:
             springs__structural=stiffness,
         )
     )
-    # One link is level, between two arms of the same number of links.
+    # One horizontal link connects two arms of the same number of links.
     link = length / links
     arm = np.arange((links + 1) // 2)
     x = np.repeat([0.0, link], len(arm))
     z = -link * np.concatenate([arm, arm[::-1]])
     cloth.positions = np.stack([x, 0 * x, z], -1)[None]
     tick, before, after = 1e-3, 0.0, 0.0
-    while after <= 0:  # until the end turns up
+    while after <= 0:  # until the end moves upward
         cloth.advance(tick)
         before, after = after, float(cloth.velocities[0, -1, 2])
     time = cloth.time - tick * after / (after - before)
@@ -129,7 +129,7 @@ def _rows() -> list[Published]:
             f'elastic pendulum, y₀ = {y:g} m, k/m = {stiffness:g}/s², {1e3 * step:g} ms',
             'x, y, z, length [m], size of the relative change of energy',
             values,
-            # Four digits of the place are printed, and its start is not said.
+            # Four digits of the position are printed; the exact start is not given.
             (*[1.5e-3] * 4, 0.005 * values[-1]),
             1000 / step,
             partial(_pendulum, 'position_verlet', step, y, stiffness),

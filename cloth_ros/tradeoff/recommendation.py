@@ -1,21 +1,21 @@
-"""What follows from the measurements: which settings are worth having, and which to take."""
+"""Recommendation of settings from the measurements of a study."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-# Share of real time that the simulation may take, so that messages, requests and other programs
-# have the rest.
+# Share of real time that the simulation may take: messages, services and other programs need the
+# rest.
 SHARE = 0.6
-# The accuracy, m, for which the cheapest setting is named.
+# Position error, m, within which the cheapest setting is recommended.
 ACCURACY = 1e-4
 
 Entry = dict[str, Any]
 
 
 def candidates(result: Entry) -> list[Entry]:
-    """Return the settings that are stable, that a scene accepts, and whose error is known."""
+    """Return the settings that are stable, valid in a scene, and whose error is known."""
     return [
         entry
         for entry in result['settings']
@@ -25,10 +25,10 @@ def candidates(result: Entry) -> list[Entry]:
 
 def usable(result: Entry) -> list[Entry]:
     """
-    Return those of the candidates in which the solver finds its own substeps.
+    Return the candidates in which the solver chooses the number of substeps.
 
-    A fixed number is good for comparisons: it is not made larger where the cloth moves fast.  Of
-    tolerances that lead to the same substeps the least is returned: the others promise less.
+    Fixed numbers serve for comparison only: they are not increased where the cloth moves fast.
+    Of tolerances that lead to the same substeps the smallest is returned.
     """
     found: dict[tuple[object, ...], Entry] = {}
     for entry in sorted(candidates(result), key=lambda each: each['setting']['tolerance']):
@@ -40,7 +40,7 @@ def usable(result: Entry) -> list[Entry]:
 
 
 def frontier(entries: Sequence[Entry]) -> list[Entry]:
-    """Return the settings than which no other is both cheaper and more accurate, by cost."""
+    """Return the settings that no other one beats in both cost and error, sorted by cost."""
     best: list[Entry] = []
     for entry in sorted(entries, key=lambda each: (cost(each), error(each))):
         if not best or error(entry) < error(best[-1]):
@@ -59,7 +59,7 @@ def error(entry: Entry) -> float:
 
 
 def for_real_time(result: Entry) -> Entry | None:
-    """Return the most accurate setting that leaves time for the rest; None if there is none."""
+    """Return the most accurate setting within `SHARE` of real time; None if there is none."""
     affordable = [entry for entry in usable(result) if cost(entry) <= SHARE]
     return min(affordable, key=error, default=None)
 
@@ -71,9 +71,9 @@ def for_accuracy(result: Entry) -> Entry | None:
 
 
 def parameters(entry: Entry) -> str:
-    """Return the parameters of a setting as they are written in a scene file."""
+    """Return the parameters of a setting as YAML for a scene file."""
     setting = entry['setting']
-    # Without an exponent: YAML 1.1 reads 1e-05 as a text.
+    # Without an exponent: YAML 1.1 reads 1e-05 as a string.
     tolerance = f'{setting["tolerance"]:.7f}'.rstrip('0')
     return (
         f'solver: {{method: {setting["method"]}, precision: {setting["precision"]}, '

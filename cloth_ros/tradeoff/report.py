@@ -1,4 +1,4 @@
-"""The result of a study as a page that people read."""
+"""Report of a study in Markdown."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def length(metres: float) -> str:
-    """Return a length with a unit that suits it."""
+    """Return a length in m, mm, µm or nm."""
     for unit, size, least in (('m', 1.0, 1.0), ('mm', 1e-3, 1e-4), ('µm', 1e-6, 1e-7)):
         if metres >= 0.999 * least:
             return f'{metres / size:.3g} {unit}'
@@ -26,104 +26,105 @@ def length(metres: float) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent."""
+    """Format a share in percent."""
     return f'{100 * share:.{3 if share >= 1 else 2}g} %'
 
 
-def _take(entry: dict[str, Any], within: str) -> str:
-    """Return what to write, how wrong it is and what it costs."""
-    return (
-        f'`{recommendation.parameters(entry)}`, error {length(recommendation.error(entry))} {within}, '
-        f'{percent(recommendation.cost(entry))} of real time.'
-    )
+def _setting(entry: dict[str, Any], within: str) -> str:
+    """Return the parameters of a setting, its error and its cost."""
+    parameters, error = recommendation.parameters(entry), length(recommendation.error(entry))
+    cost = percent(recommendation.cost(entry))
+    return f'`{parameters}`, error {error} {within}, {cost} of real time.'
 
 
 def recommendation_text(result: Result) -> str:
-    """Return what to take, in a few sentences with the parameters to write."""
+    """Return the recommended settings as a list, with the parameters of a scene file."""
     horizon, known = result['reference']['horizon'], recommendation.usable(result)
     if not known:
         stable = [entry for entry in result['settings'] if not entry['unstable']]
         cheapest = min(recommendation.cost(entry) for entry in stable)
         return (
-            '* No error is known, for the reference does not converge (see above). Stable '
-            f'settings take {percent(cheapest)} of real time and more; stay with the defaults.'
+            '* No error is known: the reference does not converge (see above). Stable settings '
+            f'take {percent(cheapest)} of real time and more; keep the defaults.'
         )
-    within = f'in the {horizon:.2g} s that errors are known for'
+    within = f'in the {horizon:.2g} s for which errors are known'
     name = f'{result["parameters"]["rate"]:g} Hz on this machine'
     best, cheap = recommendation.for_real_time(result), recommendation.for_accuracy(result)
     lines = [
-        f'* **{name}**: ' + _take(best, within)
+        f'* **{name}**: ' + _setting(best, within)
         if best
-        else f'* **{name}**: no setting takes less than {percent(recommendation.SHARE)} of real time '
-        'with this scene. Take a coarser grid (see below), softer springs, or leave '
-        '`solver.overload` to slow time down.'
+        else f'* **{name}**: no setting takes less than {percent(recommendation.SHARE)} of real '
+        'time with this scene. Use a coarser grid (see below) or softer springs, or accept slow '
+        'motion (`solver.overload`).'
     ]
     wanted = length(recommendation.ACCURACY)
     if cheap:
-        lines.append(f'* **{wanted}**: ' + _take(cheap, within))
+        lines.append(f'* **{wanted}**: ' + _setting(cheap, within))
     else:
         nearest = min(recommendation.error(entry) for entry in known)
         lines.append(
-            f'* **{wanted}**: no tolerance that was tried is as accurate; the best is off by '
-            f'{length(nearest)}.'
+            f'* **{wanted}**: no tolerance that was measured is as accurate; the smallest error '
+            f'is {length(nearest)}.'
         )
     if horizon < result['course']['seconds'] * (1 - 1e-9):
         together = [entry['together'] for entry in recommendation.candidates(result)]
         lines.append(
-            f'* **After {horizon:.2g} s** no accuracy is known, and these lines say nothing: '
-            f'settings stay with the reference, to 1 % of the sheet, for {min(together):.2g} to '
-            f'{max(together):.2g} of {result["scenario"]["seconds"]:.2g} s. The defaults serve as '
-            'well as any.'
+            f'* **After {horizon:.2g} s** errors are not known, and this does not apply: settings '
+            f'stay within 1 % of the sheet of the reference for {min(together):.2g} to '
+            f'{max(together):.2g} of {result["course"]["seconds"]:.2g} s. The defaults are as '
+            'good as other settings there.'
         )
     return '\n'.join(lines)
 
 
 def _scenario(result: Result) -> str:
     scenario, reference = result['course'], result['reference']
-    parts = [f'{scenario["seconds"]:.3g} s were simulated']
+    parts = [f'Simulated time: {scenario["seconds"]:.3g} s']
     if scenario['begins at']:
         parts.append(f'from {scenario["begins at"]:g} s on, just before the first gust')
     if scenario['sphere sent to']:
         x, y, z = scenario['sphere sent to']
-        parts.append(f'the sphere being sent to ({x:g}, {y:g}, {z:g}) m in {scenario["over"]:g} s')
+        parts.append(f'the sphere moves to ({x:g}, {y:g}, {z:g}) m in {scenario["over"]:g} s')
     if scenario['before the gusts']:
-        parts.append('all of it before the first gust')
+        parts.append('all before the first gust')
     coarse, fine = reference['substeps']
     text = ', '.join(parts) + '. '
     text += (
-        f'The reference is {reference["method"]} in double precision with {fine} substeps a tick; '
+        f'The reference is {reference["method"]} in double precision with {fine} substeps per '
+        'tick; '
     )
     if reference['horizon'] >= scenario['seconds'] * (1 - 1e-9):
         text += (
-            f'with {coarse} it differs by {length(reference["agreement"])} at most, the smallest '
-            f'error below is {length(reference["smallest error"])}.'
+            f'its difference from the solution with {coarse} is at most '
+            f'{length(reference["agreement"])}, and the smallest error below is '
+            f'{length(reference["smallest error"])}.'
         )
     elif reference['horizon'] > 0:
         text += (
-            f'with {coarse} it stays together for {reference["horizon"]:.3g} s to within '
-            f'{length(reference["agreement"])}, a tenth of the smallest error below or less. '
-            'After that the two part faster than errors could be told from it, as they do in an '
-            'impact and in chaos, and errors are not reported.'
+            f'for {reference["horizon"]:.3g} s its difference from the solution with {coarse} is '
+            f'at most {length(reference["agreement"])}, a tenth of the smallest error below or '
+            'less. After that the two diverge, as solutions do after an impact and in chaotic '
+            'motion, and errors are not reported.'
         )
     else:
-        text += f'with {coarse} it differs from the start: no errors can be reported.'
+        text += f'it diverges from the solution with {coarse} at once: no errors can be reported.'
     if reference['apart']:
         times = [
             f'{length(each["distance"])} at {each["time"]:.3g} s' for each in reference['apart']
         ]
-        text += f' The two are first apart by {", ".join(times)}.'
+        text += f' Their difference first exceeds {", ".join(times)}.'
     return text
 
 
 def _cost(entry: dict[str, Any]) -> str:
-    """Return the median of the cost of all runs, and their range."""
+    """Return the median cost of all runs, and their range."""
     wall = entry['wall']
     return f'{wall["median"]:.3g} ({wall["least"]:.3g} to {wall["greatest"]:.3g})'
 
 
 def _together(entry: dict[str, Any], result: Result) -> str:
     if entry['together'] >= result['course']['seconds'] * (1 - 1e-9):
-        return 'all of it'
+        return 'the whole run'
     return f'{entry["together"]:.3g} s'
 
 
@@ -158,14 +159,14 @@ def _settings(result: Result) -> str:
         rows.append(row)
     head = (
         'setting',
-        'substeps a tick',
+        'substeps per tick',
         'cost [s/s]',
         'particle steps per simulated s',
         'largest error',
         'rms error',
         'strain error',
         'energy error',
-        'together for',
+        'within 1 % for',
     )
     return table(head, rows)
 
@@ -183,7 +184,7 @@ def _rates(result: Result) -> str:
                 length(found['rms']) if found else '',
             )
         )
-    head = ('rate', 'substeps a tick', 'cost [s/s]', 'largest error', 'rms error')
+    head = ('rate', 'substeps per tick', 'cost [s/s]', 'largest error', 'rms error')
     return table(head, rows)
 
 
@@ -197,7 +198,7 @@ def _grids(result: Result) -> str:
                 f'{entry["bending"]:.4g}',
                 _cost(entry),
                 f'{entry["particle steps"]:.3g}',
-                'the finest' if last else length(entry['largest']),
+                'finest grid' if last else length(entry['largest']),
                 '' if last else length(entry['rms']),
                 '' if last else _together(entry, result),
             )
@@ -209,12 +210,12 @@ def _grids(result: Result) -> str:
         'particle steps per simulated s',
         'largest distance',
         'rms distance',
-        'together for',
+        'within 1 % for',
     )
     return table(head, rows)
 
 
-def _breaking(result: Result) -> str:
+def _stability(result: Result) -> str:
     rows = [
         (
             row['method'],
@@ -232,7 +233,7 @@ def _breaking(result: Result) -> str:
         'predicted [ms]',
         'measured [ms]',
         'predicted / measured',
-        'longest step taken [ms]',
+        'longest substep used [ms]',
     )
     return table(head, rows)
 
@@ -261,7 +262,7 @@ def _live(result: Result) -> str:
 
 
 def page(result: Result) -> str:
-    """Return the report of one scene, in Markdown."""
+    """Return the report of one scene."""
     machine = ', '.join(f'{name} {value}' for name, value in result['machine'].items())
     kind = 'quick' if result['quick'] else 'long'
     return f"""# Speed against accuracy: {result['scene']}
@@ -274,48 +275,48 @@ def page(result: Result) -> str:
 
 ## Settings
 
-Bold: on the frontier, nothing is both cheaper and more accurate. †: the node refuses this number
-of substeps, for it is not stable in every state. Costs are wall-clock seconds per simulated
-second, the median of all runs and their range; "particle steps" are the same without the noise of
-a machine. Errors are the greatest within the time that they are known for: those of positions, in
-brackets relative to the sheet's diagonal; the strain error is that of the largest strain; the
-energy error is that of kinetic, elastic and gravitational energy together, relative to the
-greatest that the first two have been. "Together": until the distance from the reference reaches
-1 % of the diagonal.
+Bold: on the frontier; no other setting is both cheaper and more accurate. †: the node rejects this
+number of substeps, because it is not stable in every state. Cost: wall-clock seconds per simulated
+second, median of all runs and range; "particle steps" measure the cost independently of the
+machine. Errors are the largest within the time for which they are known. Largest and rms error:
+positions, in brackets relative to the sheet's diagonal. Strain error: of the largest strain.
+Energy error: of the sum of kinetic, elastic and gravitational energy, relative to the largest sum
+of the first two. "Within 1 % for": time until the distance from the reference exceeds 1 % of the
+diagonal.
 
 {_settings(result)}
 
-## Rate of the ticks
+## Tick rate
 
 {_rates(result)}
 
 ## Grid
 
-The same cloth with fewer or more particles: the stiffness of the bending springs is scaled with
-one over the spacing squared, structural and shear stiffness stay. The distance is that from the
-finest grid that was tried, at the particles of the coarser one, within the same time as errors
-above. All at the scene's own tolerance.
+The same cloth with fewer or more particles: bending stiffness is scaled with 1/spacing²,
+structural and shear stiffness are unchanged. Distance: from the finest grid, at the particles of
+the coarser one, within the same time as the errors above. All grids with the scene's tolerance.
 
 {_grids(result)}
 
-## Where the methods break
+## Stability limits
 
-Longest stable step, predicted from the stiffness of the state and measured by bisection, and the
-longest step that the solver takes in any state. Without dashpots the methods are alike in this.
+Longest stable substep, predicted from the tangent stiffness of the state and measured by
+bisection, and the longest substep that the solver uses in any state. Without dashpots it is the
+same for all integrators.
 
-{_breaking(result)}
+{_stability(result)}
 
-## Energy
+## Energy budget
 
-Work done on the cloth, and the kinetic and elastic energy gained; the
-unexplained in brackets relative to the largest of these.
+Work done on the cloth, kinetic and elastic energy gained ("motion"), and the difference, in
+brackets relative to the largest work.
 
 {_budget(result)}
 
-## The live error estimate
+## Live error estimate
 
-What the node publishes as its error beside the error against a solution with 16 times the
-substeps. Each window begins anew, without the error that the cloth has by then.
+Error estimate as the node publishes it, and error against a solution with 16 times the substeps.
+In each window both start from the state of the cloth.
 
 {_live(result)}
 

@@ -1,4 +1,4 @@
-"""One run of a scene: where its particles were, what its energy was, and what it cost."""
+"""One run of a scene: positions, energies and strains of its samples, and its cost."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model import Cloth
+from ..model import Cloth, Snapshot
 from ..model.grid import Array
 from ..scene import Scene
 
@@ -17,51 +17,52 @@ from ..scene import Scene
 @dataclass(frozen=True)
 class Scenario:
     """
-    What happens in a run, the same for every setting.
+    Start, duration and inputs of a run, the same for every setting.
 
     Attributes
     ----------
     seconds, period
-        Simulated time, and time from one sample to the next, s.
+        Simulated time, and time between samples, s.
     start
-        The cloth in the state that it begins with; None: the initial state.
+        State to begin with; None: the initial state of the scene.
     goal, arrival
-        Where the sphere is sent at constant speed, m, and how long it takes, s; None: nowhere.
+        Position that the sphere moves to at constant speed, m, and the time that it takes, s;
+        None: the sphere stays.
 
     """
 
     seconds: float
     period: float
-    start: Cloth | None = None
+    start: Snapshot | None = None
     goal: tuple[float, float, float] | None = None
     arrival: float = 1.0
 
     @property
     def samples(self) -> int:
-        """Number of samples, the state at the beginning not among them."""
+        """Number of samples, without the state at the start."""
         return round(self.seconds / self.period)
 
     @property
     def times(self) -> Array:
-        """Times of the samples since the beginning, s, shape (samples,)."""
+        """Times of the samples since the start, s, shape (samples,)."""
         return np.arange(1, self.samples + 1) * self.period
 
     @property
     def key(self) -> list[object]:
-        """What tells this course from others."""
+        """What identifies this scenario in the cache."""
         begins = self.start.time if self.start is not None else 0.0
         return [self.seconds, self.period, begins, self.goal, self.arrival]
 
     def ticks(self, cloth: Cloth) -> Iterator[float]:
         """
-        Bring a cloth of the scene to the beginning, then yield tick after tick.
+        Set a cloth of the scene to the start, then yield the length of each tick, s.
 
-        Yields the length of a tick, s, with the sphere told where to go in it; the cloth is to be
-        advanced by that before the next.
+        The sphere has been given its next waypoint; the caller is to advance the cloth by the
+        tick before it asks for the next one.
         """
         cloth.reset()
         if self.start is not None:
-            cloth.adopt(self.start)
+            cloth.restore(self.start)
         origin, tick = np.array(cloth.sphere_position), 1 / cloth.scene.rate
         for number in range(1, round(self.seconds / tick) + 1):
             if self.goal is not None:
@@ -70,33 +71,32 @@ class Scenario:
             yield tick
 
 
-def start_of(scene: Scene, begins: float) -> Cloth | None:
-    """Return a cloth at the time `begins`, s; None for the initial state."""
+def state_at(scene: Scene, begins: float) -> Snapshot | None:
+    """Return the state of a scene at the time `begins`, s; None for the initial state."""
     if begins == 0:
         return None
     cloth = Cloth(scene)
     cloth.advance(begins)
-    return cloth
+    return cloth.snapshot()
 
 
 @dataclass
 class Run:
     """
-    What came out of a run.
+    Result of a run.
 
     Attributes
     ----------
     positions
-        m, shape (samples, rows, columns, 3); shorter where the run was given up.
+        m, shape (samples, rows, columns, 3); shorter where the run was stopped.
     energy, strain
-        Kinetic and elastic energy together with the gravitational, J, and largest strain, at
-        each sample.
+        Sum of kinetic, elastic and gravitational energy, J, and largest strain, at each sample.
     motion
         Kinetic and elastic energy, J, at each sample.
     substeps
-        In the whole run.
+        Of the whole run.
     wall, seconds
-        Wall-clock time spent in `Cloth.advance`, and simulated time that it was asked for, s.
+        Wall-clock time spent in `Cloth.advance`, and the simulated time advanced, s.
 
     """
 
@@ -109,18 +109,18 @@ class Run:
     seconds: float = 0.0
 
 
-def simulate(cloth: Cloth, scenario: Scenario, wildest: float = math.inf) -> Run:
+def simulate(cloth: Cloth, scenario: Scenario, blow_up: float = math.inf) -> Run:
     """
-    Run a cloth through a course, tick by tick.
+    Run a cloth through a scenario, tick by tick.
 
     Parameters
     ----------
     cloth
-        It is brought to the beginning first.
-    course
-        What happens.
-    wildest
-        Kinetic and elastic energy, J, from which on the run is given up: it has blown up.
+        It is set to the start first.
+    scenario
+        Start, duration and inputs.
+    blow_up
+        Kinetic and elastic energy, J, at which the run is stopped: it is unstable.
 
     """
     each = round(scenario.period * cloth.scene.rate)
@@ -134,12 +134,12 @@ def simulate(cloth: Cloth, scenario: Scenario, wildest: float = math.inf) -> Run
         run.substeps += cloth.substeps
         energy = cloth.energy_by_kind()
         sample = number // each
-        if not energy.motion <= wildest:  # NaN is no energy
+        if not energy.motion <= blow_up:  # NaN too
             run.positions = run.positions[:sample]
             return run
         if (number + 1) % each == 0:
             run.positions[sample] = cloth.positions
             run.energy.append(energy.total)
-            run.motion.append(energy.kinetic + energy.elastic)
+            run.motion.append(energy.motion)
             run.strain.append(cloth.largest_strain())
     return run

@@ -1,20 +1,22 @@
-"""What is tried: one setting after the other, and how a scene is run with it."""
+"""The solver settings that a study compares, and the cloth of a scene with one of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from functools import partial
 
 from ..model import Cloth
 from ..model.integrators import INTEGRATORS
 from ..model.integrators.integrator import SubstepBatch
 from ..model.stability import SAFETY
-from ..model.time_step import CHECK_INTERVAL
+from ..model.state import State
+from ..model.time_step import CHECK_INTERVAL, stability_limit
 from ..scene import Scene
 
-# Substeps as multiples of the least that are stable.  Those below one are there to be shown
-# as what they are.
+# Substeps per tick as multiples of the least stable number.  Factors below one are unstable, and
+# shown as such.
 _FACTORS = (0.6, 0.8, 1.0, 1.4, 2.0, 2.8, 4.0)
 _FACTORS_QUICK = (0.7, 1.0, 2.0)
 _TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
@@ -23,16 +25,16 @@ _TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 @dataclass(frozen=True)
 class Setting:
     """
-    One way to simulate a scene.
+    One setting of the solver.
 
     Attributes
     ----------
     method, precision
         As in `solver`.
     substeps
-        Per tick, all of one length and with no regard to stability; 0: the solver's own choice.
+        Per tick, all of one length, stable or not; 0: chosen by the solver.
     tolerance
-        m, what the solver's own choice aims at.
+        m, for the solver's choice of substeps.
     rate
         Ticks per second, Hz.
 
@@ -46,14 +48,14 @@ class Setting:
 
     @property
     def label(self) -> str:
-        """Say in a few words what is special about it."""
+        """Short description for tables and progress."""
         if self.substeps:
             return f'{self.method}, {self.substeps} substeps, {self.precision}'
         return f'{self.method}, tolerance {1e3 * self.tolerance:g} mm, {self.precision}'
 
     @property
     def parameters(self) -> dict[str, object]:
-        """The parameters of a scene that make this setting."""
+        """Parameters of a scene with this setting."""
         return {
             'solver.method': self.method,
             'solver.precision': self.precision,
@@ -67,48 +69,61 @@ class Setting:
         return asdict(self)
 
 
-class FixedStepCloth(Cloth):
-    """A cloth whose substeps are all of one length, stable or not."""
+class FixedStepControl:
+    """
+    Step control of constant substeps, stable or not, however fast the cloth moves.
 
-    monitored = False  # where a step breaks, the study must see it break
+    Parameters
+    ----------
+    scene
+        Its rate.
+    substeps
+        Per tick.
 
-    def __init__(self, scene: Scene, substeps: int) -> None:
-        self._number = substeps
-        super().__init__(scene)
+    Attributes
+    ----------
+    substep
+        Length of the substeps, s.
+    division, check_interval
+        As in every step control; constant.
 
-    @property
-    def substep(self) -> float:
-        """Length of the substeps, s."""
-        return 1 / (self.scene.rate * self._number)
+    """
 
-    def _blocks(self, count: int, h: float, division: int) -> Iterator[SubstepBatch]:
-        for first in range(0, count, CHECK_INTERVAL):
-            self._follow()
-            part = min(CHECK_INTERVAL, count - first)
-            self._substeps += part
-            yield SubstepBatch(part, h)
+    division, check_interval = 1, CHECK_INTERVAL
+
+    def __init__(self, scene: Scene, *, substeps: int) -> None:
+        self.substep = 1 / (scene.rate * substeps)
+
+    def batches(
+        self, state: State, count: int, h: float, division: int, airspeed: float
+    ) -> Iterable[SubstepBatch]:
+        """Return one batch of `count` substeps of `h` s."""
+        return (SubstepBatch(count, h),)
 
 
 def make_cloth(scene: Scene, setting: Setting) -> Cloth:
-    """Return the cloth of a scene with a setting; the number of substeps is taken as it is."""
-    changes = setting.parameters
+    """
+    Return the cloth of a scene with a setting.
+
+    A fixed number of substeps is taken as it is, without the energy monitor: where a step is
+    unstable, the study has to see the consequence.
+    """
     if not setting.substeps:
-        return Cloth(scene.with_parameters(changes))
-    scene = scene.with_parameters({**changes, 'solver.substeps': 0})
-    return FixedStepCloth(scene, setting.substeps)
+        return Cloth(scene.with_parameters(setting.parameters))
+    scene = scene.with_parameters({**setting.parameters, 'solver.substeps': 0})
+    control = partial(FixedStepControl, substeps=setting.substeps)
+    return Cloth(scene, step_control=control, energy_monitor=None)
 
 
 def least_substeps(scene: Scene, method: str) -> int:
-    """Return the least number of substeps a tick that is stable in every state of the cloth."""
-    limit = scene.with_parameters(
-        {'solver.method': method, 'solver.substeps': 0}
-    ).stability_limit()
+    """Return the least number of substeps per tick that is stable in every state of the cloth."""
+    limit = stability_limit(scene.with_parameters({'solver.method': method}))
     return max(math.ceil(1 / (scene.rate * SAFETY * limit)), 1)
 
 
 def plan(scene: Scene, *, quick: bool) -> list[Setting]:
     """
-    Return the settings to try on the grid and at the rate of a scene, each once.
+    Return the settings to compare on the grid and at the rate of a scene, each once.
 
     The scene's own setting is the first.
     """
@@ -128,7 +143,7 @@ def plan(scene: Scene, *, quick: bool) -> list[Setting]:
 
 
 def rates(scene: Scene, *, quick: bool) -> list[Setting]:
-    """Return the settings that differ in the rate of the ticks alone."""
+    """Return the settings to compare that differ in the rate of the ticks only."""
     solver = scene.solver
     wanted = [0.5, 1.0, 2.0] if quick else [0.5, 1.0, 2.0, 4.0]
     return [

@@ -1,4 +1,4 @@
-"""The study of one scene: everything that is measured, in the order in which it is needed."""
+"""Study of one scene: all measurements, in the order of their dependence."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..model import Cloth
 from ..model.grid import Array
 from ..model.integrators import INTEGRATORS
 from ..model.resample import interpolate, resample_scene
@@ -18,32 +19,32 @@ from ..model.stability import SAFETY
 from ..scene import Scene
 from . import live_error, measured_stability
 from .cache import NO_ARRAY, Cache
-from .energy_budget import AccountedCloth
+from .energy_budget import WorkAccount
 from .machine import describe
-from .reference import (
+from .reference_solution import (
     Horizon,
+    blow_up_energy,
     distances,
     horizon,
     judge,
     reference_setting,
     time_together,
-    wildest,
 )
-from .run import Run, Scenario, simulate, start_of
+from .run import Run, Scenario, simulate, state_at
 from .schedule import Schedule
 from .settings import Setting, least_substeps, make_cloth
 
 _GRIDS = {True: (0.25, 0.5, 1.0, 2.0), False: (0.25, 0.5, 1.0, 2.0, 4.0)}
-# A finer grid is left out where its run would take longer than this, s.
-_GRID_PATIENCE = {True: 10.0, False: 60.0}
-# Simulated time, s, for which the live error estimate is watched at least: enough for windows of
-# a second.
-_WATCHED = {True: 0.0, False: 2.5}
-# Distances of two runs, m, whose times are reported.
+# Expected cost of a run, s, above which a finer grid is left out.
+_GRID_BUDGET = {True: 10.0, False: 60.0}
+# Simulated time, s, of the run with live error estimates, at least: enough for windows of a
+# second.
+_ESTIMATED = {True: 0.0, False: 2.5}
+# Distances between the two finest levels of the reference, m, whose times are reported.
 _LENGTHS = (1e-4, 1e-3, 1e-2)
-# Wall-clock time, s, of a state of a piece of 24 × 24 in which it is measured where a method
-# breaks, and of keeping the account of a substep.
-_BREAKING = 0.8
+# Wall-clock time, s, of measuring a stability limit on 24 × 24 particles, and of booking the
+# energy of a substep.
+_STABILITY = 1.5
 _ACCOUNT = 6e-4
 
 Progress = Callable[[str, float], None]
@@ -52,26 +53,26 @@ Entry = dict[str, Any]
 
 class Study:
     """
-    Measures one scene.
+    Study of one scene.
 
     Parameters
     ----------
     name
         Of the scene, for the reports.
     scene
-        As it was given.
+        As the user gave it.
     schedule
-        What is run.
-    store
-        What was measured before.
+        Settings and scenario.
+    cache
+        Results of earlier studies.
     progress
-        Called with what comes next and the seconds that it is expected to take, after each part
-        with an empty text and the seconds that it was expected to take.
+        Called before each part with its description and its expected wall-clock time, s, and
+        after it with an empty text and the same time.
 
     """
 
     def __init__(
-        self, name: str, scene: Scene, schedule: Schedule, store: Cache, progress: Progress
+        self, name: str, scene: Scene, schedule: Schedule, cache: Cache, progress: Progress
     ) -> None:
         self._name, self._given, self._schedule = name, scene, schedule
         self._scene, self._scenario, self._quick = (
@@ -79,28 +80,28 @@ class Study:
             schedule.scenario,
             schedule.quick,
         )
-        self._store, self._progress = store, progress
+        self._cache, self._progress = cache, progress
         self._particles = scene.sheet.rows * scene.sheet.columns
         self._machine = describe()
         self._grids = self._plan_grids()
-        self._start_of = lru_cache(maxsize=1)(start_of)  # the same for all repeats on a grid
+        self._state_at = lru_cache(maxsize=1)(state_at)  # the same for all repeats on a grid
         self._states = list(measured_stability.states(self._scene))
         own = self._schedule.settings[0]
         self._own_cost = schedule.cost(replace(own, substeps=0))
 
     @property
     def expected(self) -> float:
-        """Wall-clock time, s, that the whole is expected to take."""
+        """Expected wall-clock time of the study, s."""
         schedule = self._schedule
         costs = [schedule.cost(setting) for setting in (*schedule.settings, *schedule.rates)]
         total = sum(schedule.runs(cost) * cost for cost in costs)
         total += sum(schedule.cost(schedule.reference(level)) for level in schedule.levels)
         total += sum(schedule.runs(cost) * cost for _, cost in self._grids)
-        total += _BREAKING * len(self._states) * len(INTEGRATORS)
+        total += _STABILITY * len(self._states) * len(INTEGRATORS)
         return total + self._account_cost() + self._live_cost()
 
     def run(self) -> Entry:
-        """Measure everything, and return it as what `json` can write."""
+        """Measure everything; return the results as what `json` can represent."""
         schedule = self._schedule
         reference, between = self._reference()
         entries = self._measure([*schedule.settings, *schedule.rates], reference)
@@ -132,7 +133,7 @@ class Study:
             'settings': judged[:count],
             'rates': judged[count:],
             'grids': self._compare_grids(limit),
-            'breaking': self._breaking(),
+            'breaking': self._stability(),
             'budget': self._budget(),
             'live error': self._live_error(),
         }
@@ -140,24 +141,24 @@ class Study:
     def _part(
         self, text: str, expected: float, make: Callable[[], tuple[Any, Array]], **what: Any
     ) -> tuple[Any, Array]:
-        """Return the result of a part and its array, measured now unless it was before."""
+        """Return the result of a part and its array, from the cache if it is there."""
         key = {
             'scene': self._scene.flat(),
             'machine': self._machine,
             'course': self._scenario.key,
             **what,
         }
-        found = self._store.load(key)
+        found = self._cache.load(key)
         if found is None:
             if text:
                 self._progress(text, expected)
             found = make()
-            self._store.save(key, *found)
+            self._cache.save(key, *found)
         self._progress('', expected)
         return found
 
     def _reference(self) -> tuple[Run, Array]:
-        """Return the reference, and how far its two finest levels are apart at each sample."""
+        """Return the reference, and the distance of its two finest levels at each sample."""
         probe, coarser, *finer = self._schedule.levels
         probed, before = self._reference_run(probe), self._reference_run(coarser)
         for level in finer:
@@ -188,7 +189,7 @@ class Study:
         return Run(positions, **record)
 
     def _apart(self, between: Array) -> list[dict[str, float]]:
-        """Return when the two finest levels of the reference are first apart by some lengths."""
+        """Return the times at which the two finest levels of the reference exceed distances."""
         return [
             {
                 'distance': distance,
@@ -202,8 +203,8 @@ class Study:
         """
         Return the record of each setting, with the cost of all its runs.
 
-        The repeats go round all settings, so that a while in which the machine was busy with
-        something else does not fall on one of them alone.
+        All settings are run once, then all a second time, and so on: other load on the machine
+        for a while then affects one run of each setting, not all runs of one.
         """
         expected = [self._schedule.cost(setting) for setting in settings]
         runs = [self._schedule.runs(seconds) for seconds in expected]
@@ -215,7 +216,7 @@ class Study:
                     self._progress('', expected[k] if n < runs[k] else 0.0)
                     continue
                 first = f'{setting.label}, {setting.rate:g} Hz'
-                again = '' if k else f'runs number {n + 1}, for the range of costs'
+                again = '' if k else f'run {n + 1} of every setting, for the range of costs'
                 record, _ = self._part(
                     again if n else first,
                     expected[k],
@@ -240,10 +241,10 @@ class Study:
         ]
 
     def _run_setting(self, setting: Setting, reference: Run) -> tuple[Entry, Array]:
-        """Run a setting once, and compare it with the reference."""
+        """Run a setting once and compare it with the reference."""
         cloth = make_cloth(self._scene, setting)
-        cloth.compile()
-        run = simulate(cloth, self._scenario, wildest(reference, self._scene))
+        list(cloth.warm_up())
+        run = simulate(cloth, self._scenario, blow_up_energy(reference, self._scene))
         largest, square = distances(run.positions, reference.positions)
         record = {
             'substeps per tick': run.substeps / (run.seconds * setting.rate),
@@ -258,7 +259,7 @@ class Study:
         return record, NO_ARRAY
 
     def _plan_grids(self) -> list[tuple[Scene, float]]:
-        """Return the same cloth on each grid that is tried, and the expected cost of a run, s."""
+        """Return the same cloth on coarser and finer grids, and the expected cost of a run, s."""
         grids = []
         cost = self._schedule.unit / self._particles
         for factor in _GRIDS[self._quick]:
@@ -269,12 +270,12 @@ class Study:
             particles = scene.sheet.rows * scene.sheet.columns
             seconds = self._scenario.seconds + self._schedule.begins
             expected = substeps * seconds * cost * particles
-            if factor <= 1 or expected < _GRID_PATIENCE[self._quick]:
+            if factor <= 1 or expected < _GRID_BUDGET[self._quick]:
                 grids.append((scene, expected))
         return grids
 
     def _compare_grids(self, limit: Horizon) -> list[Entry]:
-        """Return cost and distance to the finest grid of the same cloth, for each grid."""
+        """Return the cost of each grid, and its distance from the finest one."""
         entries, paths = [], []
         for scene, expected in self._grids:
             sheet = scene.sheet
@@ -304,10 +305,10 @@ class Study:
         return entries
 
     def _run_grid(self, scene: Scene, number: int) -> tuple[Entry, Array]:
-        """Run the cloth on a grid; repeats are for the cost alone, and go the same way."""
+        """Run the cloth on a grid; repeats serve the cost only and return no positions."""
         cloth = make_cloth(scene, replace(self._schedule.settings[0], substeps=0))
-        cloth.compile()
-        scenario = replace(self._scenario, start=self._start_of(scene, self._schedule.begins))
+        list(cloth.warm_up())
+        scenario = replace(self._scenario, start=self._state_at(scene, self._schedule.begins))
         run = simulate(cloth, scenario)
         sheet = scene.sheet
         record = {
@@ -319,15 +320,15 @@ class Study:
         }
         return record, NO_ARRAY if number else run.positions
 
-    def _breaking(self) -> list[Entry]:
+    def _stability(self) -> list[Entry]:
         def measure(method: str, state: str) -> tuple[Entry, Array]:
             return asdict(measured_stability.compare(self._scene, method, state)), NO_ARRAY
 
         rows = []
         for method, state in itertools.product(INTEGRATORS, self._states):
             row, _ = self._part(
-                f'where {method} breaks, {state}',
-                _BREAKING,
+                f'stability limit of {method}, {state}',
+                _STABILITY,
                 partial(measure, method, state),
                 part='breaking',
                 method=method,
@@ -341,26 +342,29 @@ class Study:
 
     def _budget(self) -> Entry:
         def measure() -> tuple[Entry, Array]:
-            cloth = AccountedCloth(self._scene)
+            account = WorkAccount(self._scene)
+            cloth = Cloth(self._scene, observer=account, energy_monitor=None)
             for number, tick in enumerate(self._scenario.ticks(cloth)):
                 if number == 0:
-                    cloth.open()
+                    account.open(cloth)
                 cloth.advance(tick)
-            return cloth.budget().as_dict(), NO_ARRAY
+            return account.budget().as_dict(), NO_ARRAY
 
         record, _ = self._part('the energy budget', self._account_cost(), measure, part='budget')
         return dict(record)
 
-    def _live_course(self) -> Scenario:
-        return replace(self._scenario, seconds=max(self._scenario.seconds, _WATCHED[self._quick]))
+    def _live_scenario(self) -> Scenario:
+        return replace(
+            self._scenario, seconds=max(self._scenario.seconds, _ESTIMATED[self._quick])
+        )
 
     def _live_cost(self) -> float:
-        cost = self._schedule.cost(reference_setting(self._scene, live_error.FINER + 3))
-        return cost * self._live_course().seconds / self._scenario.seconds
+        cost = self._schedule.cost(reference_setting(self._scene, live_error.DIVISION + 3))
+        return cost * self._live_scenario().seconds / self._scenario.seconds
 
     def _live_error(self) -> list[Entry]:
         def measure() -> tuple[list[Entry], Array]:
-            found = live_error.compare(self._scene, self._live_course())
+            found = live_error.compare(self._scene, self._live_scenario())
             return [asdict(each) for each in found], NO_ARRAY
 
         record, _ = self._part(
@@ -368,7 +372,7 @@ class Study:
             self._live_cost(),
             measure,
             part='live error',
-            seconds=self._live_course().seconds,
+            seconds=self._live_scenario().seconds,
         )
         return list(record)
 

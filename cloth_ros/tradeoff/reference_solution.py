@@ -1,10 +1,10 @@
 """
-The reference that errors are measured against, and how far it can be trusted.
+The reference solution that errors are measured against, and the time for which it is valid.
 
-It is the solution of the most accurate method in double precision.  Its substeps are halved until
-two levels agree ten times better than the smallest error that is reported.  A cloth after an
-impact, or one that buckles, is chaotic: two levels part there however fine they are, and no
-reference exists.  The time until then is the *horizon*, and errors are reported within it only.
+It is the solution of the integrator of highest order in double precision.  Its substeps are halved
+until two levels agree ten times better than the smallest error that is reported.  A cloth is
+chaotic after an impact and where it buckles: solutions diverge there at any substep, and no
+reference exists.  The time until then is the *horizon*; errors are reported within it only.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from ..scene import Scene
 from .run import Run
 from .settings import Setting, least_substeps
 
-# How much better than the smallest error two levels of the reference must agree.
+# Smallest error / difference of two levels of the reference, at least.
 _BETTER = 10.0
-# Agreement, m, that is good enough whatever the errors: that of rounding.
+# Difference of two levels, m, that rounding alone may cause: small enough for any error.
 _NEGLIGIBLE = 1e-9
-# Strain below which a spring has no energy to speak of.
+# Strain of all springs whose energy counts as negligible.
 _SLIGHT = 1e-3
-# Distance, as a share of the sheet's diagonal, from which on two runs are no longer together.
+# Distance at which two runs count as diverged, as a share of the sheet's diagonal.
 _APART = 0.01
 
 
@@ -40,12 +40,12 @@ def reference_setting(scene: Scene, level: int) -> Setting:
 
 def distances(positions: Array, others: Array) -> tuple[Array, Array]:
     """
-    Return how far two runs are apart at each sample.
+    Return the distance between two runs at each sample.
 
     Parameters
     ----------
     positions, others
-        m, shape (samples, rows, columns, 3); the shorter one counts.
+        m, shape (samples, rows, columns, 3); the longer one is cut to the other's samples.
 
     Returns
     -------
@@ -59,15 +59,15 @@ def distances(positions: Array, others: Array) -> tuple[Array, Array]:
 
 
 def time_together(largest: Array, times: Array, diagonal: float) -> float:
-    """Return the time, s, until two runs are apart by 1 % of the sheet's diagonal."""
+    """Return the time, s, until two runs differ by more than 1 % of the sheet's diagonal."""
     apart = np.nonzero(largest > _APART * diagonal)[0]
     if len(apart):
         return float(times[apart[0]])
     return float(times[len(largest) - 1]) if len(largest) else 0.0
 
 
-def slightest_energy(scene: Scene) -> float:
-    """Return the energy of a strain of 0.1 % in every spring, J: less counts as none."""
+def negligible_energy(scene: Scene) -> float:
+    """Return the energy, J, of a strain of 0.1 % in every spring; less counts as none."""
     grid = np.empty((scene.sheet.rows, scene.sheet.columns))
     return sum(
         0.5
@@ -78,28 +78,28 @@ def slightest_energy(scene: Scene) -> float:
     )
 
 
-def wildest(reference: Run, scene: Scene) -> float:
+def blow_up_energy(reference: Run, scene: Scene) -> float:
     """
-    Return the kinetic and elastic energy, J, that is taken for that of a run that has blown up.
+    Return the kinetic and elastic energy, J, from which on a run counts as blown up.
 
-    It is ten times what the reference had at its wildest.
+    Ten times the largest of the reference.
     """
-    return 10 * max(*reference.motion, slightest_energy(scene))
+    return 10 * max(*reference.motion, negligible_energy(scene))
 
 
 @dataclass(frozen=True)
 class Horizon:
     """
-    How far the reference goes.
+    Time for which the reference is valid.
 
     Attributes
     ----------
     samples
         Number of samples within it.
     agreement
-        Largest distance of its two finest levels within it, m.
+        Largest distance between the two finest levels within it, m.
     smallest_error
-        Of all settings that are compared, within it, m.
+        Smallest largest error of any setting within it, m.
 
     """
 
@@ -110,14 +110,14 @@ class Horizon:
 
 def horizon(between_levels: Array, errors: list[Array]) -> Horizon:
     """
-    Return the longest time within which the reference is good enough for every setting.
+    Return the longest time within which the reference is accurate enough for every setting.
 
     Parameters
     ----------
     between_levels
         Largest distance between the two finest levels at each sample, m, shape (samples,).
     errors
-        The same between each stable setting and the reference.
+        Largest distance of each stable setting from the reference at each sample, m.
 
     """
     agreement = np.maximum.accumulate(between_levels)
@@ -132,7 +132,7 @@ def judge(
     entry: dict[str, Any], reference: Run, limit: Horizon, times: Array, scene: Scene
 ) -> dict[str, Any]:
     """
-    Return the record of a setting with its errors within the horizon for its samples.
+    Return the record of a setting with its errors within the horizon in place of its samples.
 
     Parameters
     ----------
@@ -140,11 +140,11 @@ def judge(
         Record with `largest` and `square` distance from the reference, `energy` and `strain` at
         each sample, and `unstable`.
     reference, limit
-        What it is compared with, and for how long.
+        Reference solution and the time for which it is valid.
     times
         Of the samples, s, shape (samples,).
     scene
-        Its sheet gives the measure of lengths.
+        Its sheet, whose diagonal relative errors refer to, and its springs.
 
     """
     entry, diagonal = dict(entry), scene.sheet.diagonal
@@ -155,7 +155,7 @@ def judge(
     entry['error'] = None
     if entry['unstable'] or n == 0:
         return entry
-    turnover = max(*reference.motion[:n], slightest_energy(scene))
+    turnover = max(*reference.motion[:n], negligible_energy(scene))
     drift = np.abs(energy[:n] - np.array(reference.energy[:n])).max()
     entry['error'] = {
         'largest': float(largest[:n].max()),

@@ -1,4 +1,4 @@
-"""Values that no parameter should take, and the ends of those that one may take."""
+"""Values for parameters and commands, most of them invalid, as hypothesis strategies."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import datetime
 import decimal
 import fractions
 import math
+import warnings
+from collections.abc import Callable
 
 import numpy as np
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from cloth_ros import Scene
@@ -19,17 +22,45 @@ NAMES = sorted(PARAMETERS)
 GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'solver', 'markers']
 
 
-def _itself() -> list:
-    """Return a list that holds itself."""
+def times(share: float) -> settings:
+    """Return settings for so many times the examples of the profile."""
+    return settings(max_examples=max(round(share * settings.default.max_examples), 1))
+
+
+def is_clear(message: str) -> bool:
+    """Return True for an error of one printable line that ends in a remedy after a semicolon."""
+    return message.isprintable() and '; ' in message and len(message) <= 1000
+
+
+def refusal(call: Callable[[], object]) -> str | None:
+    """
+    Return the message of the ValueError that a call raises, or None if it raises nothing.
+
+    Anything else is an error: other exceptions, subclasses too, unclear messages, and warnings.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        try:
+            call()
+        except ValueError as error:
+            if type(error) is not ValueError:
+                raise
+            message = str(error)
+        else:
+            return None
+    assert is_clear(message), message[:300]
+    return message
+
+
+def _recursive_list() -> list:
     result: list = [1.0]
     result.append(result)
     return result
 
 
-def _deep() -> list:
-    """Return a list nested deeper than Python recurses."""
+def _deep_list() -> list:
     result: list = []
-    for _ in range(100_000):
+    for _ in range(100_000):  # deeper than Python recurses
         result = [result]
     return result
 
@@ -43,7 +74,7 @@ NUMBERS: list[object] = [
     *(np.int8(-1), np.uint64(2**64 - 1), np.bool_(True), np.complex64(1), np.str_('1')),
     *(np.datetime64('2020'), np.timedelta64(1, 's'), np.ma.masked, np.array(1.0)),
 ]
-THINGS: list[object] = [
+OBJECTS: list[object] = [
     *(None, ..., NotImplemented, object(), object, math.hypot, Scene, Scene(), Scene().sheet),
     *('', ' ', '1', 'nan', '1e3', '\0', '\ud800', '\n', 'é', 'x' * 100_000, '0,' + '9' * 5000),
     *('0,0', '0,:', '::,::', '-1,-1', '0,0,0', '٣,٣', '1_0,0', '0x1,0', '+-1,0', '0,::-1'),
@@ -53,49 +84,49 @@ THINGS: list[object] = [
     *([1.0], [1.0] * 2, [1.0] * 3, (0, 0, 1), [1.0] * 4, [1.0] * 5000, ['0,0'] * 5000),
     *([None] * 3, ['1', '2', '3'], [b'1'] * 3, [[1.0]] * 3, [True] * 3, [1j] * 3, [{}] * 3),
     *([math.nan] * 3, [math.inf] * 3, [1e308] * 3, [10**400] * 3, [10**5000] * 3, [0, 0, 0]),
-    *(_itself(), _deep(), [_deep()] * 3, {'rows': _deep()}),
+    *(_recursive_list(), _deep_list(), [_deep_list()] * 3, {'rows': _deep_list()}),
     *(np.zeros(3), np.zeros((3, 1)), np.zeros((1, 3)), np.zeros(0), np.zeros(3, complex)),
     *(np.full(3, np.nan), np.zeros(3, 'M8[s]'), np.zeros(3, 'U3'), np.array([None] * 3)),
     *(np.zeros(3, [('x', float)]), np.ma.masked_all(3), np.full(3, '1e4000', np.longdouble)),
     *(np.zeros(10**6), array.array('d', [1, 2, 3]), np.array([[], None], object)),
 ]
+OTHER_NAMES: list[object] = [
+    *('', '.', 'sheet.', '.rows', 'sheet..rows', 'sheet.rows.x', 'rates', 'x' * 10_000, '\ud800'),
+    *(None, 1, 1.5, (), ('sheet', 'rows'), b'rate', True, 10**5000),
+]
 
 
 def one_of(values: list) -> st.SearchStrategy[object]:
-    """Return a strategy of these values, which need not be such that they can be shown."""
+    """Return a strategy of values that hypothesis need not be able to print."""
     return st.sampled_from(range(len(values))).map(lambda place: values[place])
+
+
+def mostly(usual: st.SearchStrategy, rare: st.SearchStrategy) -> st.SearchStrategy:
+    """Return a strategy that draws from the first one nine times in ten."""
+    return st.integers(0, 9).flatmap(lambda choice: usual if choice else rare)
 
 
 def numbers() -> st.SearchStrategy[object]:
     """Return a strategy of numbers of every kind and size."""
-    return st.one_of(
-        one_of(NUMBERS),
-        st.floats(),
-        st.integers(),
-        st.integers(-4, 70),
-        st.floats(-100, 100),
-    )
+    usual = (st.integers(-4, 70), st.floats(-100, 100))
+    return st.one_of(one_of(NUMBERS), st.floats(), st.integers(), *usual)
 
 
 def vectors() -> st.SearchStrategy[object]:
     """Return a strategy of lists, most of them of three numbers."""
-    return st.one_of(st.lists(numbers(), min_size=3, max_size=3), st.lists(numbers(), max_size=5))
+    return st.lists(numbers(), min_size=3, max_size=3) | st.lists(numbers(), max_size=5)
 
 
 def anything() -> st.SearchStrategy[object]:
     """Return a strategy of values of every kind."""
-    short = st.text(max_size=8) | st.binary(max_size=4)
-    leaves = st.one_of(numbers(), one_of(THINGS), short)
-    return st.one_of(
-        leaves,
-        vectors(),
-        st.lists(leaves, max_size=4),
-        st.dictionaries(st.sampled_from(NAMES + GROUPS) | st.text(max_size=4), leaves, max_size=3),
-    )
+    leaves = st.one_of(numbers(), one_of(OBJECTS), st.text(max_size=8), st.binary(max_size=4))
+    keys = st.sampled_from(NAMES + GROUPS) | st.text(max_size=4)
+    compound = st.lists(leaves, max_size=4) | st.dictionaries(keys, leaves, max_size=3)
+    return leaves | vectors() | compound
 
 
 def near(name: str) -> st.SearchStrategy[object]:
-    """Return a strategy of values of a parameter, and of those next to the ends of its range."""
+    """Return a strategy of values of a parameter, and of those just outside its range."""
     known, default = PARAMETERS[name], DEFAULTS[name]
     if known.choices:
         return st.sampled_from([*known.choices, *(choice.upper() for choice in known.choices)])
@@ -106,32 +137,19 @@ def near(name: str) -> st.SearchStrategy[object]:
         return st.lists(st.tuples(place, place).map(','.join), max_size=4)
     if known.low is None or known.high is None:
         return st.text(max_size=4)
-    low, high = known.low, known.high
     if isinstance(default, int):
-        values = st.integers(int(low) - 1, int(high) + 1) | st.sampled_from([low - 1, high + 1])
-    else:
-        first, last = float(low), float(high)
-        beside = [math.nextafter(first, -math.inf), math.nextafter(last, math.inf)]
-        values = st.floats(first, last) | st.sampled_from([first, last, *beside])
+        return st.integers(int(known.low) - 1, int(known.high) + 1)
+    low, high = float(known.low), float(known.high)
+    outside = [math.nextafter(low, -math.inf), math.nextafter(high, math.inf)]
+    values = st.floats(low, high) | st.sampled_from([low, high, *outside])
     if isinstance(default, tuple):
         return st.lists(values, min_size=len(default), max_size=len(default))
     return values
 
 
-OTHERS: list[object] = [
-    *('', '.', 'sheet.', '.rows', 'sheet..rows', 'sheet.rows.x', 'rates', 'x' * 10_000, '\ud800'),
-    *(None, 1, 1.5, (), ('sheet', 'rows'), b'rate', True, 10**5000),
-]
-
-
-def mostly(usual: st.SearchStrategy, rare: st.SearchStrategy) -> st.SearchStrategy:
-    """Return a strategy that draws from the first nine times of ten."""
-    return st.integers(0, 9).flatmap(lambda choice: usual if choice else rare)
-
-
 def entries() -> st.SearchStrategy[tuple[object, object]]:
-    """Return a strategy of a name and a value, most of which are valid or nearly so."""
-    others = st.sampled_from(GROUPS) | one_of(OTHERS) | st.text(max_size=6)
+    """Return a strategy of names and values, most of which are valid or nearly so."""
+    others = st.sampled_from(GROUPS) | one_of(OTHER_NAMES) | st.text(max_size=6)
     known = st.sampled_from(NAMES).flatmap(
         lambda name: st.tuples(st.just(name), mostly(mostly(near(name), numbers()), anything()))
     )

@@ -1,10 +1,10 @@
 """
-What sits beside the node on its graph, each in a process of its own.
+Other participants on the graph of a node, each in a process of its own.
 
-    python -m reliability.peers subscribe        until it is ended
-    python -m reliability.peers crowd 100        so many participants that come and go
-    python -m reliability.peers flood 2000 10    wind and sphere, so many a second each, for 10 s
-    python -m reliability.peers burn             a core kept busy
+    peers.py subscribe        until it is ended
+    peers.py crowd 100        so many participants that come and go
+    peers.py flood 2000 10    commands of wind and sphere, so many of each a second, for 10 s
+    peers.py burn             keep a core busy
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
-# The command of a process, to which its role is added.
-PEER = (sys.executable, '-m', 'reliability.peers')
-DEPTH = 5  # that of RViz
-_AT_ONCE = 10  # participants of a crowd that are there together
+PEER = (sys.executable, __file__)
+DEPTH = 5  # of the queues, as RViz has them
+AT_ONCE = 10  # participants of a crowd that are present together
+LAST = -4.0  # m, height at which a flood leaves the sphere
 
 
 class Subscriber:
@@ -39,91 +39,83 @@ class Subscriber:
         self._node = Node('subscriber', context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._heard = 0
+        self._received = 0
         for kind, topic in ((PointCloud2, 'particles'), (MarkerArray, 'markers')):
-            self._node.create_subscription(kind, f'/cloth/{topic}', self._hear, DEPTH, raw=True)
+            self._node.create_subscription(kind, f'/cloth/{topic}', self._count, DEPTH, raw=True)
 
-    def _hear(self, _: bytes) -> None:
-        self._heard += 1
+    def _count(self, _: bytes) -> None:
+        self._received += 1
 
-    def hear(self) -> None:
-        """Listen until there is a message."""
-        while not self._heard:
+    def receive(self, count: float = 1) -> None:
+        """Spin until so many messages have been received."""
+        while self._received < count:
             self._executor.spin_once(timeout_sec=0.05)
 
-    def spin(self) -> None:
-        """Listen until the process is ended."""
-        while True:
-            self._executor.spin_once()
-
     def leave(self) -> None:
-        """Say goodbye and go."""
+        """Leave the graph in order."""
         self._node.destroy_node()
         rclpy.shutdown(context=self._context)
 
 
 def subscribe() -> None:
-    """Listen until the process is ended."""
+    """Subscribe until the process is ended."""
     subscriber = Subscriber()
-    subscriber.hear()
+    subscriber.receive()
     print('subscribed', flush=True)
-    subscriber.spin()
+    subscriber.receive(float('inf'))
 
 
 def crowd(count: str) -> None:
-    """Have subscribers come and go; the last of them go without a goodbye."""
+    """Subscribe, receive and leave, many times; the last participants are killed."""
+    print('begin', flush=True)
     present: deque[Subscriber] = deque()
     for _ in range(int(count)):
         present.append(Subscriber())
-        if len(present) > _AT_ONCE:
-            oldest = present.popleft()
-            oldest.hear()
-            oldest.leave()
+        if len(present) > AT_ONCE:
+            present[0].receive()
+            present.popleft().leave()
     for each in present:
-        each.hear()
-    print('all were here', flush=True)
+        each.receive()
+    print('all have received', flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 
 
 def flood(rate: str, seconds: str) -> None:
-    """Command wind and sphere as often as asked, and then calm air and the sphere's last place."""
+    """Command wind and sphere at a high rate; calm air and the sphere at `LAST` in the end."""
     rclpy.init()
     node = rclpy.create_node('flood')
     wind = node.create_publisher(Vector3Stamped, '/wind', DEPTH)
     sphere = node.create_publisher(PoseStamped, '/sphere_pose', DEPTH)
     while not (wind.get_subscription_count() and sphere.get_subscription_count()):
         time.sleep(0.01)
-    breeze, place = Vector3Stamped(), PoseStamped()
+    velocity, place = Vector3Stamped(), PoseStamped()
 
-    def calm() -> None:
-        breeze.vector.y, place.pose.position.z = 0.0, LAST
-        for publisher, message in ((wind, breeze), (sphere, place)):
+    def send_last() -> None:
+        velocity.vector.y, place.pose.position.z = 0.0, LAST
+        for publisher, message in ((wind, velocity), (sphere, place)):
             publisher.publish(message)
             publisher.wait_for_all_acked(Duration(seconds=5))
 
-    calm()
-    print('heard', flush=True)
+    send_last()
+    print('begin', flush=True)
     start, sent = time.monotonic(), 0
     while (now := time.monotonic() - start) < float(seconds):
         if sent >= float(rate) * now:
             time.sleep(1e-4)
             continue
-        breeze.vector.y = 2.0 * (-1) ** sent
+        velocity.vector.y = 2.0 * (-1) ** sent
         place.pose.position.z = -5.0 - 1e-4 * (sent % 1000)
-        wind.publish(breeze)
+        wind.publish(velocity)
         sphere.publish(place)
         sent += 1
-    calm()
-    print(f'{sent / float(seconds):.0f} a second', flush=True)
+    send_last()
+    print(f'{sent / float(seconds):.0f} per second', flush=True)
     rclpy.shutdown()
-
-
-LAST = -4.0  # m, the height at which a flood leaves the sphere
 
 
 def burn() -> None:
     """Keep a core busy."""
-    print('burning', flush=True)
+    print('begin', flush=True)
     while True:
         pass
 
