@@ -129,8 +129,8 @@ def test_inputs_that_cannot_be_are_refused_and_counted(start_cloth, probe):
     assert found['rejected inputs'] == '10'
     assert not numbers(particles[-1])[..., 5].any()
     # Throttled: one line for each input, not one for each message.
-    assert node.output.count('refused a message on wind') == 1
-    assert node.output.count('refused a message on sphere_pose') == 1
+    assert node.output.count('rejected a message on wind') == 1
+    assert node.output.count('rejected a message on sphere_pose') == 1
     blow.publish(wind(z=5.0))  # and it goes on
     probe.spin_until(lambda: numbers(particles[-1])[..., 5].any())
 
