@@ -202,7 +202,7 @@ def test_a_clock_that_is_no_time_ends_no_node(start_cloth, probe):
             clock,
             repeat(Clock(clock=Time(sec=sec, nanosec=nanosec))),
         )
-    assert 'refused a message on clock' in node.output
+    assert 'rejected a message on clock' in node.output
     particles = probe.collect(PointCloud2, '/cloth/particles')
     for sec in (2**31 - 1, 7):  # the last second that a stamp can carry, and back
         publish_until(
@@ -219,7 +219,7 @@ def test_a_clock_that_is_no_time_is_refused_from_a_parameter_on_as_well(start_cl
     (result,) = set_parameters(probe, use_sim_time=True)
     assert result.successful
     publish_until(
-        lambda: 'refused a message on clock' in node.output,
+        lambda: 'rejected a message on clock' in node.output,
         probe,
         probe.publisher(Clock, '/clock'),
         repeat(Clock(clock=Time(sec=-1))),
@@ -262,10 +262,10 @@ import sys
 from cloth_ros import Cloth
 from cloth_ros.node.main import main
 
-def march(self, seconds):
+def advance_stepwise(self, seconds, inputs=None):
     raise ZeroDivisionError('unforeseen')
 
-Cloth.march = march
+Cloth.advance_stepwise = advance_stepwise
 sys.exit(main())
 """
 

@@ -221,14 +221,14 @@ import sys
 from cloth_ros import Cloth
 from cloth_ros.node.main import main
 
-compiled = Cloth.compile
+warm_up = Cloth.warm_up
 
-def compile(self):
+def failing(self, *kinds):
     if self.scene.drag == 3:
         raise OSError('no space left on device')
-    return compiled(self)
+    return warm_up(self, *kinds)
 
-Cloth.compile = compile
+Cloth.warm_up = failing
 sys.exit(main())
 """
 
