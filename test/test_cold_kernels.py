@@ -7,8 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
-from ros import NODE, diagnosis, numbers, regular, set_parameters, stamp
+from ros_messages import diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
+
+from reliability.live import NODE
 
 
 @pytest.fixture(autouse=True)
