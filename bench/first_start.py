@@ -5,7 +5,7 @@ First start of a node: times to the first particles, to motion and to the last k
 
 For each scene, starts a node with an empty cache of kernels, and subscribes to its particles.
 Prints the times from the start of the process to the first particles, to the first that move, and
-to the end of all compilation; and the longest interval between the times at which the node has sent
+to the end of all compilation; and the longest interval between the times at which the node sent
 two messages, within --seconds after the first particles.
 """
 
