@@ -7,10 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
+from reliability.live import NODE
 from ros_messages import diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
-
-from reliability.live import NODE
 
 
 @pytest.fixture(autouse=True)

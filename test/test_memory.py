@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
 from diagnostic_msgs.msg import DiagnosticArray
+from ros import ROOT
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 

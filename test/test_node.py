@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from ros_messages import (
+from ros import (
     FLOATING,
     SPHERE,
     diagnosis,
