@@ -118,7 +118,7 @@ class ErrorEstimator:
         self.restart()
 
     def restart(self, cloth: Cloth | None = None) -> None:
-        """Restart without an estimate, with another cloth or with the present state of this one."""
+        """Restart without an estimate, with another cloth or the present state of this one."""
         self._cloth = cloth or self._cloth
         self.estimate: ErrorEstimate | None = None
         self._window = 0.0
