@@ -1,4 +1,4 @@
-"""Signals that ask to stop, remembered: what they raise may be lost on its way up."""
+"""Signals that end a command: the first raises `Interrupt`, and a flag records all of them."""
 
 from __future__ import annotations
 
@@ -8,54 +8,55 @@ from types import FrameType
 
 class Interrupt(BaseException):
     """
-    A signal asks to stop.
+    Raised in the main thread by the first signal that ends a command.
 
-    Not KeyboardInterrupt: where one passes through `exec`, which Numba uses, Python ends itself by
-    SIGINT although it was caught.
+    Not a KeyboardInterrupt: where one passes through `exec`, which Numba uses, Python ends itself
+    by SIGINT although the exception was caught.
     """
 
 
-class Stop:
+class StopSignal:
     """
-    What signals ask for.
+    Handle the signals that end a command.
 
-    The first raises `Interrupt`, unless that is put off; all leave word.  Who catches `Interrupt`
-    must look at `asked` too: an import makes it ImportError, a kernel of Numba SystemError, and a
-    lookup of NumPy nothing at all.
+    The first signal raises `Interrupt`, unless that is switched off by `defer`; every signal sets
+    `requested`.  Code that catches `Interrupt` must check `requested` as well, because the
+    exception can be converted or lost on its way up: an import turns it into ImportError, a kernel
+    of Numba into SystemError, and an attribute lookup by NumPy discards it.
 
     Parameters
     ----------
     numbers
-        The signals, which are handled from here on.
+        The signals, whose handlers are replaced when the object is made.
 
     Attributes
     ----------
-    asked
-        True once a signal has come.
+    requested
+        True once a signal has been received.
 
     """
 
     def __init__(self, *numbers: signal.Signals) -> None:
-        self.asked = False
-        self._raising = True
-        self._before = {number: signal.signal(number, self._ask) for number in numbers}
+        self.requested = False
+        self._raises = True
+        self._former = {number: signal.signal(number, self._handle) for number in numbers}
 
-    def _ask(self, _: int, __: FrameType | None) -> None:
-        self.asked = True
-        if self._raising:
-            self._raising = False
+    def _handle(self, _: int, __: FrameType | None) -> None:
+        self.requested = True
+        if self._raises:
+            self._raises = False
             raise Interrupt
 
     def defer(self) -> None:
-        """Raise no longer, from here on."""
-        self._raising = False
+        """Raise no exception from here on: the caller polls `requested`."""
+        self._raises = False
 
     def check(self) -> None:
-        """Raise `Interrupt` if a signal has come: the one that it raised may have been lost."""
-        if self.asked:
+        """Raise `Interrupt` if a signal was received: the exception it raised may be lost."""
+        if self.requested:
             raise Interrupt
 
-    def release(self) -> None:
-        """Leave the signals to whoever handled them before."""
-        for number, handler in self._before.items():
+    def restore(self) -> None:
+        """Restore the former handlers of the signals."""
+        for number, handler in self._former.items():
             signal.signal(number, handler)

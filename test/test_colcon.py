@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import ROOT
+from ros import ROOT
 from sensor_msgs.msg import PointCloud2
 
 COLCON = Path(sys.executable).parent / 'colcon'

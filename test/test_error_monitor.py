@@ -1,6 +1,6 @@
 import itertools
 import math
-import threading
+from concurrent.futures import Future
 
 import numpy as np
 import pytest
@@ -141,30 +141,33 @@ def test_no_more_time_is_spent_than_was_given(monkeypatch):
     assert monitor.estimate is not None
 
 
-def test_one_twin_at_most_is_in_the_making_and_a_reset_needs_no_other(monkeypatch):
-    made, release = [], threading.Event()
+def test_one_finer_solution_at_most_is_being_made_and_a_reset_needs_no_other():
+    made: list[tuple[Scene, Future[Cloth]]] = []
 
-    def slowly(scene):
-        made.append(scene)
-        release.wait(10.0)
-        return Cloth(scene)
+    def make_fine(scene: Scene) -> Future[Cloth]:
+        made.append((scene, Future()))
+        return made[-1][1]
 
-    monkeypatch.setattr(error_estimate, '_fine_solution', slowly)
     cloth = Cloth(scene())
-    monitor = ErrorEstimator(cloth, background=True)
+    monitor = ErrorEstimator(cloth, make_fine=make_fine)
     for k in range(1, 20):
         cloth.configure(scene(**{'springs.bending': float(k)}))
         monitor.restart()
         monitor.observe(TICK)
     assert len(made) == 1
-    release.set()
-    while len(made) < 2 or monitor._fine_solution is None:  # of the scene that it is now
+    for number in range(2):
+        wanted, future = made[number]
+        future.set_result(Cloth(wanted))
+        monitor.observe(TICK)  # it is of the first scene, which is no longer wanted
         monitor.observe(TICK)
-    assert made[-1].springs.bending == 19.0
+    assert [wanted.springs.bending for wanted, _ in made] == [1.0, 19.0]
     cloth.reset()
     monitor.restart()
-    monitor.observe(TICK)
-    assert monitor._recording
+    for _ in range(3):
+        monitor.observe(TICK)
+        cloth.advance(TICK)
+        monitor.work(math.inf)
+    assert monitor.estimate is not None
     assert len(made) == 2
 
 
@@ -176,10 +179,9 @@ def test_time_that_is_none_is_refused(seconds):
             method(seconds)
 
 
-def test_why_there_is_no_twin_is_said(monkeypatch):
-    def none(_):
-        raise MemoryError('no more')
-
-    monkeypatch.setattr(error_estimate, '_fine_solution', none)
-    monitor = ErrorEstimator(Cloth(scene()))
-    assert monitor.report() == {'error estimate [m]': 'none can be made: MemoryError, no more'}
+def test_why_there_is_no_finer_solution_is_reported():
+    failed: Future[Cloth] = Future()
+    failed.set_exception(MemoryError('no more'))
+    monitor = ErrorEstimator(Cloth(scene()), make_fine=lambda _: failed)
+    monitor.observe(TICK)
+    assert monitor.report() == {'error estimate [m]': 'no finer solution: MemoryError, no more'}

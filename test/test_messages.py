@@ -11,7 +11,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.messages import cdr
-from cloth_ros.messages.markers import _ACTION_MARK, MarkersMessage, _sentinel
+from cloth_ros.messages.cloth_markers import ACTION_PLACEHOLDER
+from cloth_ros.messages.marker import sentinel
+from cloth_ros.messages.markers import MarkersMessage
 from cloth_ros.messages.particles import _PLACEHOLDER, ParticlesMessage
 from cloth_ros.model.forces.springs import spring_ends, spring_families
 from cloth_ros.scene.parameter import one_line
@@ -21,8 +23,8 @@ STAMP = (1_700_000_001, 999_999_999)
 # What messages are searched for when they are made.
 MARKS = (
     np.array([cdr.STAMP.sec, cdr.STAMP.nanosec], np.uint32).tobytes(),
-    np.array(_sentinel(0, 18)).tobytes(),
-    _ACTION_MARK,
+    np.array(sentinel(0, 18)).tobytes(),
+    ACTION_PLACEHOLDER,
 )
 
 SCENES = {

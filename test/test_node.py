@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from ros_messages import (
+from ros import (
     FLOATING,
     SPHERE,
     diagnosis,
@@ -129,8 +129,8 @@ def test_inputs_that_cannot_be_are_refused_and_counted(start_cloth, probe):
     assert found['rejected inputs'] == '10'
     assert not numbers(particles[-1])[..., 5].any()
     # Throttled: one line for each input, not one for each message.
-    assert node.output.count('refused a message on wind') == 1
-    assert node.output.count('refused a message on sphere_pose') == 1
+    assert node.output.count('rejected a message on wind') == 1
+    assert node.output.count('rejected a message on sphere_pose') == 1
     blow.publish(wind(z=5.0))  # and it goes on
     probe.spin_until(lambda: numbers(particles[-1])[..., 5].any())
 
@@ -363,18 +363,18 @@ def test_the_example_watches_it(start_cloth, start):
     assert 'Traceback' not in watch.output
 
 
-def test_the_greeting_names_the_commands_or_the_error(start, tmp_path):
-    greet = (sys.executable, '-m', 'tools.greet', 'python')
-    greeting = start(*greet, 'config/gust.yaml')
-    assert greeting.stop(0, patience=30.0) == 0
-    assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in greeting.output
-    assert '--sphere' not in start(*greet, 'config/hanging.yaml').output
+def test_usage_names_the_commands_or_the_error(start, tmp_path):
+    command = (sys.executable, '-m', 'tools.usage', 'python')
+    usage = start(*command, 'config/gust.yaml')
+    assert usage.stop(0, patience=30.0) == 0
+    assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in usage.output
+    assert '--sphere' not in start(*command, 'config/hanging.yaml').output
     path = tmp_path / 'bad.yaml'
     path.write_text('/**: {ros__parameters: {sheet: {rows: -3}}}')
-    refusal = start(*greet, str(path))
-    assert refusal.stop(0, patience=30.0) == 1
-    assert 'sheet.rows is -3' in refusal.output
-    assert len(refusal.output.splitlines()) == 1
+    rejection = start(*command, str(path))
+    assert rejection.stop(0, patience=30.0) == 1
+    assert 'sheet.rows is -3' in rejection.output
+    assert len(rejection.output.splitlines()) == 1
 
 
 def test_no_process_is_left_behind():

@@ -11,14 +11,13 @@ from rcl_interfaces.srv import (
     GetParameters,
     SetParametersAtomically,
 )
-from ros_messages import FLOATING, diagnosis, numbers, regular, set_parameters, stamp
+from ros import FLOATING, diagnosis, numbers, parameter_request, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 from cloth_ros.model import memory
 from cloth_ros.node.qos import QueueDepths
 from cloth_ros.scene import Scene
 from cloth_ros.scene.parameter import PARAMETERS
-from reliability.live import to_set
 
 
 def test_parameters_are_described(start_cloth, probe):
@@ -31,7 +30,7 @@ def test_parameters_are_described(start_cloth, probe):
         known = PARAMETERS[descriptor.name]
         assert known.text in descriptor.description
         assert known.unit in descriptor.description
-        assert descriptor.to_grid_copy == known.fixed
+        assert descriptor.read_only == known.fixed
         assert descriptor.type != ParameterType.PARAMETER_NOT_SET
     by_name = {descriptor.name: descriptor for descriptor in descriptors}
     assert by_name['springs.shear'].floating_point_range[0].to_value == 1e8
@@ -42,7 +41,7 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
     start_cloth(solver__substeps=60, sphere__radius=1, sphere__position='[0.0, 0.0, 9.0]')
     (good,) = set_parameters(probe, drag=2)  # a whole number is a number
     assert good.successful, good.reason
-    wanted = to_set({'drag': 3.0, 'springs.structural': 1e6})
+    wanted = parameter_request({'drag': 3.0, 'springs.structural': 1e6})
     request = SetParametersAtomically.Request(parameters=wanted.parameters)
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert not both.successful
@@ -70,7 +69,7 @@ def test_parameters_change_together_or_not_at_all(start_cloth, probe):
             (result,) = set_parameters(probe, **{name: content})
             assert result.successful or result.reason
     assert "'99,0'" in bad[2].reason
-    request.parameters += to_set({'solver.substeps': 0}).parameters
+    request.parameters += parameter_request({'solver.substeps': 0}).parameters
     both = probe.call(SetParametersAtomically, '/cloth/set_parameters_atomically', request).result
     assert both.successful, both.reason
 
@@ -92,7 +91,7 @@ def test_refusals_name_the_value_the_range_and_the_remedy_and_are_counted(start_
     depth = 'qos_overrides./cloth/particles.publisher.depth'
     start_cloth('-p', f'{depth}:=3')
     for changes, parts in REFUSED:
-        (result,) = probe.set_parameters_of_cloth(changes)
+        (result,) = set_parameters(probe, **changes)
         assert not result.successful
         for part in parts:
             assert part in result.reason
@@ -103,15 +102,17 @@ def test_one_request_sets_a_parameter_once_and_whole_numbers_may_be_written_as_o
     start_cloth, probe
 ):
     start_cloth()
-    twice = to_set({'drag': -1.0}).parameters + to_set({'drag': 1.0}).parameters
+    twice = (
+        parameter_request({'drag': -1.0}).parameters + parameter_request({'drag': 1.0}).parameters
+    )
     request = SetParametersAtomically.Request(parameters=twice)
     result = probe.call(
         SetParametersAtomically, '/cloth/set_parameters_atomically', request
     ).result
     assert "the number of 'drag' is 2, but must be 1; give it once" in result.reason
-    (result,) = probe.set_parameters_of_cloth({'wind.gust.seed': 5.0})
+    (result,) = set_parameters(probe, wind__gust__seed=5.0)
     assert result.successful, result.reason
-    (result,) = probe.set_parameters_of_cloth({'wind.gust.seed': 5.5})
+    (result,) = set_parameters(probe, wind__gust__seed=5.5)
     assert 'wind.gust.seed is 5.5, but must be a whole number' in result.reason
 
 
@@ -119,7 +120,7 @@ def test_what_was_dumped_from_a_node_can_be_loaded_again(start_cloth, probe):
     start_cloth()
     scene = Scene().flat()
     values = {name: list(v) if isinstance(v, tuple) else v for name, v in scene.items()}
-    results = probe.set_parameters_of_cloth(values)
+    results = set_parameters(probe, **values)
     assert [result.reason for result in results if not result.successful] == []
     assert len(results) == len(scene)
 
@@ -220,14 +221,14 @@ import sys
 from cloth_ros import Cloth
 from cloth_ros.node.main import main
 
-compiled = Cloth.compile
+warm_up = Cloth.warm_up
 
-def compile(self):
+def failing(self, *kinds):
     if self.scene.drag == 3:
         raise OSError('no space left on device')
-    return compiled(self)
+    return warm_up(self, *kinds)
 
-Cloth.compile = compile
+Cloth.warm_up = failing
 sys.exit(main())
 """
 

@@ -6,7 +6,7 @@ import pytest
 
 from cloth_ros import Scene
 from cloth_ros.live.overload import Overload
-from cloth_ros.model.time_step import substep_length
+from cloth_ros.model.time_step import check_time_step, stability_limit, substep_length
 
 ASKED = Scene().with_parameters(
     {
@@ -41,7 +41,7 @@ def test_an_overload_relaxes_the_tolerance_as_far_as_it_must():
 
 def test_then_the_grid_is_coarsened_as_far_as_it_must():
     overload = Overload(ASKED)
-    limit = ASKED.stability_limit()
+    limit = stability_limit(ASKED)
     dear = 1.5 * limit  # at the stability limit 1.5 times too slow
     assert overload.relax(dear)
     assert overload.level.spacing == 2
@@ -108,10 +108,10 @@ def test_levels_that_would_take_too_many_substeps_are_left_out():
             'solver.tolerance': 1.0,
         }
     )
-    least = math.ceil(1 / (scene.rate * 0.9 * scene.stability_limit()))
+    least = math.ceil(1 / (scene.rate * 0.9 * stability_limit(scene)))
     scene = scene.with_parameters({'solver.substeps': least, 'solver.tolerance': 1e-6})
     with pytest.raises(ValueError, match=r'solver\.tolerance'):
-        scene.with_parameters({'solver.substeps': 0})
+        check_time_step(scene.with_parameters({'solver.substeps': 0}))
     overload = Overload(scene)
     assert overload.level.scene is scene
     assert overload.relax(1e3)

@@ -6,9 +6,9 @@ import shutil
 from pathlib import Path
 
 import pytest
+from ros import NODE
 
 from cloth_ros.node import shared_memory
-from reliability.live import NODE
 
 PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 FREE = 2**25  # bytes

@@ -1,1 +1,1 @@
-"""."""
+"""A cloth in real time: pacing, overload, error estimate, kernel compilation.  No ROS."""

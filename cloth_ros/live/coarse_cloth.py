@@ -1,32 +1,59 @@
-"""A cloth that is simulated on a coarser grid than it is shown on."""
+"""A cloth that is simulated on a coarser grid than it is published on."""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Mapping
 
-from ..model.cloth import Cloth
+from ..model import Cloth
+from ..model.contact.collider import Collider
 from ..model.grid import Array
 from ..model.resample import interpolate, resample_scene
 from ..scene import Scene
 from ..scene.parameter import invalid_value_error
 
-# Spacings that a pin may be moved by to be where it was at first.
-_NEAR = 2.0
 
-
-class CoarseCloth(Cloth):
+def simulated_scene(scene: Scene, spacing: int) -> Scene:
     """
-    A scene on a grid whose spacing is a multiple of its own; see `grids.on_grid`.
+    Return a scene on a grid whose spacing is a multiple of its own; 1: the scene itself.
 
-    What it says of positions and velocities is on the scene's own grid, linearly between the
-    particles of the coarser one; energy, strain and substeps are those of the coarser one.
+    Raises
+    ------
+    ValueError
+        The grid would have fewer than three particles along a side.
+
+    """
+    coarse = resample_scene(scene, 1 / spacing)
+    if coarse is None:
+        raise invalid_value_error(
+            'spacing', spacing, 'less: three particles a side must remain', 'halve it'
+        )
+    return coarse
+
+
+class CoarseCloth:
+    """
+    Simulate a scene on a coarser grid; publish positions and velocities on the scene's own.
+
+    Between the particles of the coarser grid they are interpolated linearly.  With a spacing of 1
+    both grids are the same.
 
     Parameters
     ----------
     scene
-        What to simulate.
+        What to publish.
     spacing
         Multiple of the scene's own spacing.
+    former
+        A cloth with the same sheet, on any grid, to continue from; None: the initial state.
+
+    Attributes
+    ----------
+    scene
+        The scene on its own grid.
+    spacing
+        As above.
+    cloth
+        The cloth that is simulated.
 
     Raises
     ------
@@ -35,89 +62,68 @@ class CoarseCloth(Cloth):
 
     """
 
-    def __init__(self, scene: Scene, spacing: float) -> None:
-        self._shown = scene
-        coarse = resample_scene(scene, 1 / spacing)
-        if coarse is None:
-            raise invalid_value_error(
-                'spacing', spacing, 'less: three particles a side must remain', 'halve it'
-            )
-        super().__init__(coarse)
+    def __init__(self, scene: Scene, spacing: int = 1, former: Cloth | None = None) -> None:
+        self.scene = scene
+        self.spacing = spacing
+        rollbacks = None if former is None else former.rollbacks
+        self.cloth = Cloth(simulated_scene(scene, spacing), rollbacks=rollbacks)
+        if former is not None:
+            self.cloth.restore(former.snapshot())
+
+    def changed(self, scene: Scene, spacing: int) -> CoarseCloth:
+        """
+        Return a cloth with another scene of the same sheet, or on another grid, that continues.
+
+        It may be this one, changed.  Commands that follow from changed parameters, such as that of
+        another wind, are given before the grid is changed.
+        """
+        if (coarse := resample_scene(scene, 1 / self.spacing)) is not None:
+            self.cloth.configure(coarse)
+        if spacing == self.spacing:
+            self.scene = scene
+            return self
+        changed = CoarseCloth(scene, spacing, self.cloth)
+        for name, count in vars(self.cloth.rollbacks).items():  # they are counted on
+            setattr(changed.cloth.rollbacks, name, count)
+        return changed
 
     @property
-    def scene(self) -> Scene:
-        """The scene, on its own grid."""
-        return self._shown
+    def air_velocity(self) -> tuple[float, float, float]:
+        """Velocity of the air now, gusts included, m/s."""
+        return self.cloth.air_velocity
+
+    @property
+    def colliders(self) -> Mapping[str, Collider]:
+        """Colliders by name."""
+        return self.cloth.colliders
 
     def _on_own_grid(self, field: Array) -> Array:
-        sheet = self._shown.sheet
-        there: Array = interpolate(field[None], sheet.rows, sheet.columns)[0]
-        return there
+        sheet = self.scene.sheet
+        fine: Array = interpolate(field[None], sheet.rows, sheet.columns)[0]
+        return fine
 
     @property
     def positions(self) -> Array:
-        """Positions, m, shape (rows, columns, 3) of the scene; assign those of any grid."""
-        return self._on_own_grid(super().positions)
-
-    @positions.setter
-    def positions(self, value: Array) -> None:
-        own = super().positions
-        there = interpolate(np.asarray(value)[None], *own.shape[:2])[0]
-        # Pins of the coarser grid are not quite where those of the scene are.
-        pinned = self._scene.pinned()
-        there[pinned] = own[pinned]
-        Cloth.positions.fset(self, there)  # type: ignore[attr-defined]
+        """Positions, m, shape (rows, columns, 3) of the scene's own grid."""
+        positions = self.cloth.positions
+        return positions if self.spacing == 1 else self._on_own_grid(positions)
 
     @property
     def velocities(self) -> Array:
-        """Velocities, m/s, shape (rows, columns, 3) of the scene; assign those of any grid."""
-        return self._on_own_grid(super().velocities)
-
-    @velocities.setter
-    def velocities(self, value: Array) -> None:
-        grid = (self._grid_layout.rows, self._grid_layout.columns)
-        there = interpolate(np.asarray(value)[None], *grid)[0]
-        Cloth.velocities.fset(self, there)  # type: ignore[attr-defined]
+        """Velocities, m/s, shape (rows, columns, 3) of the scene's own grid."""
+        velocities = self.cloth.velocities
+        return velocities if self.spacing == 1 else self._on_own_grid(velocities)
 
     def write_particles(self, out: Array) -> None:
         """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
-        out[..., :3], out[..., 3:] = self.positions, self.velocities
+        if self.spacing == 1:
+            self.cloth.write_particles(out)
+        else:
+            out[..., :3], out[..., 3:] = self.positions, self.velocities
 
     def write_positions(self, out: Array) -> None:
         """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
-        out[...] = self.positions
-
-
-def cloth_on(scene: Scene, spacing: float) -> Cloth:
-    """Return a cloth on a grid of a multiple of the scene's own spacing; 1: on its own."""
-    return Cloth(scene) if spacing == 1 else CoarseCloth(scene, spacing)
-
-
-def _on_grid_of(cloth: Cloth, field: Array) -> Array:
-    """Return a field, shape (3, rows, columns), on the grid that a cloth is simulated on."""
-    grid = (cloth._grid_layout.rows, cloth._grid_layout.columns)
-    there: Array = np.moveaxis(interpolate(np.moveaxis(field, 0, -1)[None], *grid)[0], -1, 0)
-    return there
-
-
-def take_over(cloth: Cloth, other: Cloth) -> None:
-    """
-    Have a new cloth go on from where another one of the same sheet is, whatever its grid.
-
-    However far that is: a free sheet that has fallen for long is beyond what may be assigned from
-    outside, and single precision resolves it only about the origin that it has taken along.
-    """
-    state, before, grid = cloth._state, other._state, cloth._grid_layout.grid
-    flat = grid(state.position) + (state.origin - before.origin)[:, None, None]
-    state.origin = before.origin
-    there = _on_grid_of(cloth, other._grid_layout.grid(before.position))
-    # Pins of the coarser grid are not quite where those of the scene are, and must not wander from
-    # one grid to the next; those that were set while the cloth ran are where it was then.
-    near = np.linalg.norm(there - flat, axis=0) < _NEAR * max(cloth._scene.sheet.spacing)
-    grid(state.position)[...] = np.where(cloth._scene.pinned() & near, flat, there)
-    grid(state.velocity)[...] = grid(state.free) * _on_grid_of(cloth, before.speeds)
-    cloth._forget()
-    cloth._time, cloth._wind, cloth._sphere = other._time, other._wind, other._sphere
-    cloth._respawn()
-    cloth._done, cloth._rollbacks = other._done, other._rollbacks
-    cloth._energy_monitor.rollbacks = other._rollbacks
+        if self.spacing == 1:
+            self.cloth.write_positions(out)
+        else:
+            out[...] = self.positions

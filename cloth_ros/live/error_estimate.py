@@ -1,42 +1,48 @@
 """
-The error of a running cloth, measured against its own finer solution.
+Estimate the error of a running cloth by comparison with a finer solution.
 
-A twin of the cloth starts from the same state at the same time, and is given the same wind and
-the same path of the sphere, but takes substeps half as long, in double precision.  It runs in
-the time that is left over, as slowly as that takes.  When it has come to the end of a window of
-simulated time, its distance from where the cloth then was is what the substep and the precision
-of the cloth have added to its error within the window.  For the error of order p that halving
-the substep leaves, the distance is multiplied by 2ᵖ/(2ᵖ − 1) (Richardson).
+The finer solution is a second cloth.  It starts from a snapshot of the first one and is given the
+same inputs, but takes substeps half as long, in double precision.  It runs in the time that is
+left over, as slowly as that takes.  At the end of a window of simulated time, the distance between
+both is what the substep length and the precision of the cloth have added to its error within the
+window.  For an integrator of order p the distance is multiplied by 2ᵖ/(2ᵖ − 1), which accounts
+for the error of the finer solution itself (Richardson extrapolation).
 
-This says nothing of errors that the twin shares: those of the model and of the grid.
+Errors that both solutions share are not included: those of the model and of the grid.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from ..model.cloth import Cloth
+from ..model import Cloth
 from ..model.grid import Array
+from ..model.inputs import Inputs
+from ..model.step_control import AdaptiveStepControl
 from ..model.time_step import integrator_for
 from ..scene import Scene
 from ..scene.parameter import checked_number, one_line
-from .kernel_compiler import Background
 
-_FINER = 2
-# Longest window, s of simulated time, and the wall-clock time, s, that it may take to sample it.
-_WINDOW = 1.0
-_PATIENCE = 10.0
+_DIVISION = 2
+# Longest window, s of simulated time, and the wall-clock time, s, that it may take to evaluate.
+_LONGEST_WINDOW = 1.0
+_LONGEST_EVALUATION = 10.0
+# Calls of `work` whose unused time may be saved.
+_SAVED_CALLS = 20
 
 
 @dataclass(frozen=True)
 class ErrorEstimate:
     """
-    Position error of a cloth that has come up in a window of simulated time.
+    Position error of a cloth that was added in a window of simulated time.
 
     Attributes
     ----------
@@ -55,69 +61,90 @@ class ErrorEstimate:
     time: float
 
 
-def _fine_solution(scene: Scene) -> Cloth:
-    twin = Cloth(scene, finer=_FINER)
-    twin.compile()
-    return twin
+def double_precision(scene: Scene) -> Scene:
+    """Return a scene as its finer solution is simulated."""
+    return scene.with_parameters({'solver.precision': 'double'})
+
+
+def fine_solution(scene: Scene) -> Cloth:
+    """Return a cloth with substeps half as long, in double precision, its kernels compiled."""
+    control = partial(AdaptiveStepControl, division=_DIVISION)
+    cloth = Cloth(double_precision(scene), step_control=control)
+    for _ in cloth.warm_up():
+        pass
+    return cloth
+
+
+def _now(scene: Scene) -> Future[Cloth]:
+    future: Future[Cloth] = Future()
+    try:
+        future.set_result(fine_solution(scene))
+    except Exception as error:
+        future.set_exception(error)
+    return future
 
 
 class ErrorEstimator:
     """
-    Samples the error of a cloth, window after window.
+    Estimate the error of a cloth, window after window.
+
+    Call `observe` before each advance of the cloth and `work` when there is time.
 
     Parameters
     ----------
     cloth
-        What is watched.
-    background
-        True to make the twin in a thread, as compiling its kernels may take seconds; there is no
-        estimate before it is made.
+        The running cloth, which is only read.
+    make_fine
+        Makes the finer solution of a scene, in the background if that may take long; there is no
+        estimate until it is made.  By default it is made at once.
 
     Attributes
     ----------
     estimate
-        Of the last window that is finished; None before the first.
+        Of the last complete window; None before the first.
 
     """
 
-    def __init__(self, cloth: Cloth, *, background: bool = False) -> None:
+    def __init__(
+        self, cloth: Cloth, *, make_fine: Callable[[Scene], Future[Cloth]] = _now
+    ) -> None:
         self._cloth = cloth
-        self._background = background
-        self._credit = 0.0
-        self._fine_solution: Cloth | None = None
-        self._coming: Background[Cloth] | None = None
-        self._of: Scene | None = None
+        self._make_fine = make_fine
+        self._saved = 0.0
+        self._fine: Cloth | None = None
+        self._fine_scene: Scene | None = None
+        self._future: Future[Cloth] | None = None
+        self._why_none = 'not yet sampled'
         self.restart()
-        self._twin_now()  # before the first tick, if that can be
 
     def restart(self, cloth: Cloth | None = None) -> None:
-        """Begin anew, without an estimate, with another cloth or what this one is now."""
+        """Restart without an estimate, with another cloth or the present state of this one."""
         self._cloth = cloth or self._cloth
         self.estimate: ErrorEstimate | None = None
         self._window = 0.0
-        self.forget()
+        self.discard()
 
-    def _twin_now(self) -> Cloth | None:
+    def _current_fine(self) -> Cloth | None:
         """
-        Return a twin of the scene that the cloth has now; None while it is made.
+        Return the finer solution for the present scene of the cloth; None while it is made.
 
-        One at most is in the making, however often the scene changes, and none while no one asks.
+        At most one is made at a time, however often the scene changes, and none unless `observe`
+        or `work` is called.
         """
         scene = self._cloth.scene
-        if self._coming is None and self._of is not scene:
-            self.forget()
-            self._of, self._fine_solution, self._why_none = scene, None, 'not yet sampled'
-            double = scene.with_parameters({'solver.precision': 'double'})
-            self._coming = Background(lambda: _fine_solution(double))
-            if not self._background:
-                self._coming.wait()
-        if self._coming is not None and self._coming.done:
-            self._fine_solution, error, self._coming = self._coming.made, self._coming.error, None
-            if error is not None:
-                self._why_none = (
-                    f'none can be made: {type(error).__name__}, {one_line(str(error))}'
-                )
-        return self._fine_solution if self._of is scene else None
+        if self._future is None and self._fine_scene is not scene:
+            self.discard()
+            self._fine_scene, self._fine, self._why_none = scene, None, 'not yet sampled'
+            self._future = self._make_fine(scene)
+        if self._future is not None and self._future.done():
+            future, self._future = self._future, None
+            error = future.exception()
+            if error is None:
+                self._fine = future.result()
+            else:
+                text = one_line(str(error))
+                self._why_none = f'no finer solution: {type(error).__name__}, {text}'
+        return self._fine if self._fine_scene is scene else None
 
     def report(self) -> dict[str, object]:
         """Return the estimate by name and unit."""
@@ -130,80 +157,81 @@ class ErrorEstimator:
             'error estimate, up to simulated time [s]': self.estimate.time,
         }
 
-    def forget(self) -> None:
-        """Give up the present sample: the state of the cloth was changed from outside."""
-        self._input_log: list[tuple[float, tuple[float, ...], list[Array]]] = []
+    def discard(self) -> None:
+        """Discard the present window: the state of the cloth was changed from outside."""
+        self._input_log: deque[tuple[float, Inputs]] = deque()
         self._recorded = 0.0
         self._recording = False
-        self._ahead = self._cloth.time
+        self._expected_time = self._cloth.time
         self._goal: Array | None = None
-        self._march: Iterator[object] = iter(())
+        self._substeps: Iterator[None] = iter(())
 
     def observe(self, seconds: float) -> None:
         """
-        Take note that the cloth is about to advance by `seconds`.
+        Record that the cloth is about to advance by `seconds` with its present inputs.
 
-        A window in which an advance went by without that is given up.
+        A window in which an advance was not observed is discarded.
         """
         seconds = checked_number('seconds', seconds, 0.0, math.inf, 's')
-        cloth, twin = self._cloth, self._twin_now()
-        if twin is None:
+        cloth, fine = self._cloth, self._current_fine()
+        if fine is None:
             return
-        if self._recording and cloth.time != self._ahead:
-            self.forget()
+        if self._recording and cloth.time != self._expected_time:
+            self.discard()
         if not self._recording and self._goal is None:
-            self.forget()  # which ends the march of the twin, before it is set
-            twin.adopt(cloth)
+            self.discard()  # ends the advance of the finer solution before that is restored
+            fine.restore(cloth.snapshot())
             self._recording = True
             self._began = time.perf_counter()
         if self._recording and self._recorded > 0 and self._recorded >= self._window:
             self._goal = cloth.positions
-            self._ended = cloth.time
+            self._end = cloth.time
             self._recording = False
         if self._recording:
-            self._input_log.append((seconds, cloth.wind, cloth.sphere_waypoints))
+            self._input_log.append((seconds, cloth.inputs))
             self._recorded += seconds
-            self._ahead = cloth.time + seconds
+            self._expected_time = cloth.time + seconds
 
     def work(self, seconds: float) -> None:
         """
-        Let the twin run for another `seconds` of wall-clock time, or save them up.
+        Advance the finer solution for `seconds` of wall-clock time, or save them.
 
-        A substep is never divided: what it takes too long is taken off the next calls.
+        A substep is never interrupted: the time by which it exceeds `seconds` is subtracted from
+        the next calls.  With math.inf, all that is to be done is done.
         """
-        if seconds != math.inf:  # which is as long as there is something to do
+        if seconds != math.inf:
             seconds = checked_number('seconds', seconds, 0.0, math.inf, 's')
-        twin = self._twin_now()
-        if twin is None:
+        fine = self._current_fine()
+        if fine is None:
             return
-        self._credit = min(self._credit + seconds, 20 * seconds)
+        self._saved = min(self._saved + seconds, _SAVED_CALLS * seconds)
         start = time.perf_counter()
-        while self._credit > time.perf_counter() - start:
-            if next(self._march, self) is not self:
+        while self._saved > time.perf_counter() - start:
+            if next(self._substeps, self) is not self:
                 continue
             if self._input_log:
-                duration, twin.wind, twin.sphere_waypoints = self._input_log.pop(0)
-                self._march = twin.advance_stepwise(duration)
+                duration, inputs = self._input_log.popleft()
+                self._substeps = fine.advance_stepwise(duration, inputs)
             elif self._goal is not None:
-                self._finish(twin, self._goal)
+                self._finish(fine, self._goal)
                 break
             else:
                 break
-        self._credit -= time.perf_counter() - start
+        self._saved -= time.perf_counter() - start
 
-    def _finish(self, twin: Cloth, goal: Array) -> None:
-        distance = np.linalg.norm(twin.positions - goal, axis=-1)
-        power = _FINER ** integrator_for(self._cloth.scene).order
+    def _finish(self, fine: Cloth, goal: Array) -> None:
+        distance = np.linalg.norm(fine.positions - goal, axis=-1)
+        power = _DIVISION ** integrator_for(self._cloth.scene).order
         scale = power / (power - 1)
         self.estimate = ErrorEstimate(
             largest=scale * float(distance.max()),
             rms=scale * float(np.sqrt(np.mean(distance**2))),
             seconds=self._recorded,
-            time=self._ended,
+            time=self._end,
         )
-        # Longer windows as far as they are done in time, shorter ones where they are not.
-        if time.perf_counter() - self._began > _PATIENCE:
+        # As long as it can be evaluated in time.
+        if time.perf_counter() - self._began > _LONGEST_EVALUATION:
             self._window = 0.5 * self._recorded
         else:
-            self._window = min(2 * self._recorded, _WINDOW)
-        self.forget()
+            self._window = min(2 * self._recorded, _LONGEST_WINDOW)
+        self.discard()

@@ -1,10 +1,10 @@
 """
-What `solver.overload: coarsen` does: accuracy is given up until the machine keeps up.
+Overload with `solver.overload: coarsen`: accuracy is reduced until the machine keeps up.
 
-First the tolerance is relaxed, down to the stability limit; then the grid is coarsened, each time
-to twice the spacing, which makes an eighth of the work, and shown as before.  What a change will
-cost is foreseen from what a substep costs now, so that one change does.  When the machine can
-follow more again, the cloth goes back, step by step, to what was asked for.
+First the tolerance is relaxed, as far as the stability limit allows.  Then the grid is coarsened,
+each time to twice the spacing, which leaves an eighth of the work; the published grid stays the
+same.  The cost of a level is predicted from the present cost of a substep, so that one change is
+enough.  When the machine can do more again, accuracy is restored level by level.
 """
 
 from __future__ import annotations
@@ -13,35 +13,35 @@ from functools import cached_property
 from typing import NamedTuple
 
 from ..model.resample import resample_scene
-from ..model.time_step import substep_length
+from ..model.time_step import check_time_step, substep_length
 from ..scene import Scene
 
-# Shares of real time: from which on a cloth is too dear, what a coarser one may take, and what a
-# finer one must be foreseen to take before it is tried again.
+# Shares of real time: above the first the cloth is too slow, a coarser level may take up to the
+# second, and a finer level must be predicted to take less than the third to be tried again.
 _OVERLOADED = 0.75
 _RELAXED = 0.65
 _RECOVERED = 0.6
-_LOOSEST = 1.0  # m
+_MAX_TOLERANCE = 1.0  # m
 # Cost of a substep of few particles, s: that of calling the kernel.
 _CALL = 5e-6
 
 
 class Level(NamedTuple):
     """
-    What may be simulated instead of what was asked for.
+    What is simulated in place of the requested scene.
 
     Attributes
     ----------
     scene
-        With another tolerance.
+        The requested scene, or with another tolerance.
     spacing
-        Of the grid, as a multiple of the scene's own.
+        Spacing of the grid, as a multiple of the scene's own.
     substep
-        Its length, s.
+        Length of the substeps, s.
     particles
-        Of the grid.
+        Number of particles.
     text
-        What is given up.
+        What is given up, in words.
 
     """
 
@@ -59,42 +59,44 @@ def _level(scene: Scene, simulated: Scene, spacing: int, text: str) -> Level:
 
 class Overload:
     """
-    What the machine can follow.
+    Choose the finest level that the machine can simulate in real time.
 
     Attributes
     ----------
-    asked
-        The scene as it was asked for.
+    requested
+        The scene as the user wants it.
     depth
-        How many levels lie between that and what is simulated; 0: nothing is given up.
+        Number of levels between that and what is simulated; 0: nothing is given up.
 
     """
 
     def __init__(self, scene: Scene) -> None:
-        self.asked = scene
+        self.requested = scene
         self.depth = 0
 
     @cached_property
     def _levels(self) -> list[Level]:
-        """Ever coarser levels, each cheaper than the one before."""
-        asked = self.asked
-        levels = [_level(asked, asked, 1, 'as asked')]
-        if asked.solver.overload != 'coarsen':
+        """Levels from fine to coarse, each cheaper than the one before."""
+        requested = self.requested
+        levels = [_level(requested, requested, 1, 'as requested')]
+        if requested.solver.overload != 'coarsen':
             return levels
-        tolerance = asked.solver.tolerance
-        while tolerance < _LOOSEST:
-            tolerance = min(2 * tolerance, _LOOSEST)
+        tolerance = requested.solver.tolerance
+        while tolerance < _MAX_TOLERANCE:
+            tolerance = min(2 * tolerance, _MAX_TOLERANCE)
             free = {'solver.substeps': 0, 'solver.tolerance': tolerance}
+            scene = requested.with_parameters(free)
             try:
-                scene = asked.with_parameters(free)
-            except ValueError:  # it would take more substeps than what was asked for
+                check_time_step(scene)
+            except ValueError:  # it would take more substeps than what was requested
                 continue
             level = _level(scene, scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
             if level.substep > levels[-1].substep:
                 levels.append(level)
         scene, spacing = levels[-1].scene, 2
         if scene.solver.substeps:
-            scene = asked.with_parameters({'solver.substeps': 0, 'solver.tolerance': _LOOSEST})
+            free = {'solver.substeps': 0, 'solver.tolerance': _MAX_TOLERANCE}
+            scene = requested.with_parameters(free)
         while (coarse := resample_scene(scene, 1 / spacing)) is not None:
             levels.append(_level(scene, coarse, spacing, f'grid {spacing} times coarser'))
             spacing *= 2
@@ -102,17 +104,17 @@ class Overload:
 
     @property
     def level(self) -> Level:
-        """What is to be simulated now."""
+        """The level to simulate now."""
         return self._levels[self.depth]
 
     def relax(self, cost: float) -> bool:
         """
-        Take the finest level that the machine can follow, if it cannot follow this one.
+        If the present level is too slow, choose the finest one that is fast enough.
 
         Parameters
         ----------
         cost
-            Of a substep now, s.
+            Present cost of a substep, s.
 
         Returns
         -------
@@ -128,7 +130,7 @@ class Overload:
         return self.depth != before
 
     def recover(self, cost: float) -> bool:
-        """Take the next finer level, if that is foreseen to cost little enough; see `relax`."""
+        """Choose the next finer level if its predicted cost is low enough; see `relax`."""
         if self.depth == 0:
             return False
         if _load(self._levels[self.depth - 1], self.level, cost) >= _RECOVERED:
@@ -138,6 +140,6 @@ class Overload:
 
 
 def _load(level: Level, now: Level, cost: float) -> float:
-    """Return the share of real time that a level will take, if a substep now costs `cost`."""
-    foreseen = cost * level.particles / now.particles
-    return max(foreseen, min(cost, _CALL)) / level.substep
+    """Return the predicted share of real time of a level, if a substep now costs `cost`."""
+    predicted = cost * level.particles / now.particles
+    return max(predicted, min(cost, _CALL)) / level.substep

@@ -1,34 +1,34 @@
-"""How much to simulate in a tick: the wall clock, as far as the machine can follow it."""
+"""Pacing: number of substeps to simulate in a tick, from the time passed and their cost."""
 
 from __future__ import annotations
 
 import math
 
-# Share of a tick that may go into the simulation; the rest is for messages and requests.
+# Share of a tick that may be spent in the simulation; the rest is for messages and requests.
 _SHARE = 0.8
 # Weight of the newest tick in the running mean of the cost of a substep.
 _NEWEST = 0.1
-# How much dearer than the mean a tick is believed to be before the next one has said the same.
-_SURPRISING = 10
-# Ticks that one tick may always make up: itself, late by what is ordinary.
-_ORDINARY = 1.5
+# Factor above the mean cost that is not exceeded until a second tick in a row confirms it.
+_UNLIKELY = 10
+# Length of time, in ticks, that one tick may always simulate: itself, with its usual lateness.
+_LATE_TICK = 1.5
 
 
 class Pacing:
     """
-    Book-keeping between wall-clock time and simulated time.
+    Relate simulated time to wall-clock time.
 
-    Time is simulated in whole substeps of one length, whatever the jitter of the ticks: a step
-    that changes all the time would pump energy into a nearly undamped cloth.  What is left of a
-    substep waits for the next tick, or is simulated ahead by up to half a substep.  When the
-    machine cannot keep up, ticks keep their rate and time is lost: slow motion.
+    Time is simulated in whole substeps of one length, whatever the jitter of the ticks: a substep
+    length that varies all the time would add energy to a nearly undamped cloth.  A remainder
+    below a substep is left to the next tick, or up to half a substep is simulated ahead.  When
+    the machine is too slow, ticks keep their rate and time is given up: slow motion.
 
     Attributes
     ----------
     pending
-        Wall-clock time that is not simulated yet, s; down to minus half a substep.
+        Wall-clock time that is not simulated yet, s; at least minus half a substep.
     lost
-        Wall-clock time that was given up since the last `take_report`, s.
+        Wall-clock time given up since the last `take_report`, s.
 
     """
 
@@ -55,19 +55,19 @@ class Pacing:
         Parameters
         ----------
         elapsed
-            Wall-clock time since the last call, s; negative when a clock has jumped back.
+            Time since the last call, s; negative if a clock has jumped back.
         substep, tick
             Length of a substep and of a tick, s; a tick holds at least one substep.
         max_tick
-            Longest time to make up, s; an ordinary tick is never longer.
+            Longest time to make up in one tick, s; at least 1.5 ticks are made up anyway.
         wall
             Wall-clock time of a tick, s.
 
         """
         self._elapsed += max(elapsed, 0.0)
         self.pending += max(elapsed, 0.0)
-        # A tick must hold itself, or the cloth would be slow on any machine.
-        excess = self.pending - max(max_tick, _ORDINARY * tick)
+        # At least a tick must be allowed, or the cloth would be slow on any machine.
+        excess = self.pending - max(max_tick, _LATE_TICK * tick)
         if excess > 0:
             self.lost += excess
             self.pending -= excess
@@ -79,19 +79,19 @@ class Pacing:
         return count
 
     def done(self, count: int, substep: float, wall: float) -> None:
-        """Note that `count` substeps were simulated, which took `wall` s."""
+        """Record that `count` substeps of `substep` s were simulated within `wall` s."""
         self.pending -= count * substep
         self._simulated += count * substep
         before, self._last = self._last, wall / count
         if self._cost is None:
             self._cost = self._last
             return
-        # Who was stopped in the middle of a tick has not become slow.
-        likely = min(self._last, max(_SURPRISING * self._cost, before))
+        # A process that was stopped in the middle of a tick has not become slow.
+        likely = min(self._last, max(_UNLIKELY * self._cost, before))
         self._cost += _NEWEST * (likely - self._cost)
 
     def expect(self, cost: float) -> None:
-        """Take `cost`, s, for that of a substep until it is measured."""
+        """Assume `cost`, s, for a substep until it is measured."""
         self._cost = cost
 
     def load(self, substep: float) -> float:
@@ -105,16 +105,15 @@ class Pacing:
 
     def take_report(self) -> tuple[float, float]:
         """
-        Return the real-time factor and the time lost, s, since the last report.
+        Return the real-time factor and the time given up, s, since the last report.
 
-        Between two slow ticks there may be a report in which no time has passed: the factor is
-        then what it was.
+        If no time has passed, as between two slow ticks, the former factor is returned.
         """
         if self._elapsed > 0:
             self._factor = self._simulated / self._elapsed
         lost, self.lost, self._elapsed, self._simulated = self.lost, 0.0, 0.0, 0.0
         return self._factor, lost
 
-    def forget(self) -> None:
-        """Drop time that is not simulated yet: the cloth was paused or reset."""
+    def discard(self) -> None:
+        """Discard time that is not simulated yet: the cloth is paused, held or was reset."""
         self.pending = 0.0

@@ -1,4 +1,4 @@
-"""How a scene is solved, in one line for people."""
+"""One line of text about the solver of a cloth: substeps, integrator, precision, cost."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from ..model import Cloth
 from ..model.time_step import integrator_for, precision_for
 
 
-def solution(cloth: Cloth, load: float) -> str:
-    """Say how a cloth is solved, and what share of real time that takes."""
+def solver_summary(cloth: Cloth, load: float) -> str:
+    """Describe how a cloth is simulated, and which share of real time that takes."""
     scene = cloth.scene
     return (
         f'{1 / (scene.rate * cloth.substep):.0f} substeps of {1e3 * cloth.substep:.3g} ms of '

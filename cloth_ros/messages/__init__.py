@@ -1,1 +1,1 @@
-"""Messages made from arrays, without a Python object for each point."""
+"""Serialise array data as ROS messages without one Python object per point."""

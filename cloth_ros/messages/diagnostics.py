@@ -1,4 +1,4 @@
-"""The health of a running cloth, after REP-107."""
+"""Diagnostics of a running cloth as a DiagnosticArray, after REP-107."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def diagnostics_message(
     Parameters
     ----------
     header
-        Its stamp is the time of the diagnosis.
+        Its stamp is the time of the report.
     name
         Full name of the node.
     message
-        What is to be said of it in a few words.
+        State of the cloth in a few words.
     values
-        What was measured, with units in the names.
+        Measured values by name; the names include the unit.
     level
         OK, WARN or ERROR of DiagnosticStatus.
 

@@ -1,4 +1,4 @@
-"""The state of the particles as a point cloud."""
+"""Particles as a PointCloud2: position and velocity of each, in the layout of the sheet."""
 
 from __future__ import annotations
 
@@ -6,17 +6,27 @@ import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from ..model import Cloth
 from .cdr import STAMP, SerializedMessage
+from .published_cloth import PublishedCloth
 
 FIELDS = ('x', 'y', 'z', 'vx', 'vy', 'vz')
 _POINT_STEP = 4 * len(FIELDS)
-# Of bytes that no UTF-8 has, so that no frame's name is taken for it.
+# Of bytes that do not occur in UTF-8, so that the name of a frame cannot equal it.
 _PLACEHOLDER = bytes(range(0xF8, 0x100)) * 3
 
 
 class ParticlesMessage:
-    """An organised PointCloud2: height is rows, width is columns."""
+    """
+    An organised PointCloud2: its height is the number of rows, its width that of columns.
+
+    Parameters
+    ----------
+    rows, columns
+        Particles of the sheet.
+    frame_id
+        Frame of the positions.
+
+    """
 
     def __init__(self, rows: int, columns: int, frame_id: str) -> None:
         message = PointCloud2(
@@ -33,13 +43,13 @@ class ParticlesMessage:
             is_dense=True,
         )
         message.data.frombytes(_PLACEHOLDER)
-        self._template = SerializedMessage(message)
-        place = self._template.stretch(_PLACEHOLDER, _POINT_STEP, rows * columns)
-        self._template.freeze()
-        self._points = self._template.view(place, np.float32, (rows, columns, len(FIELDS)))
+        self._message = SerializedMessage(message)
+        offset = self._message.repeat(_PLACEHOLDER, _POINT_STEP, rows * columns)
+        self._message.freeze()
+        self._points = self._message.view(offset, np.float32, (rows, columns, len(FIELDS)))
 
-    def serialise(self, cloth: Cloth, seconds: int, nanoseconds: int) -> bytes:
-        """Return the message for the present state of `cloth`, stamped."""
-        self._template.stamp(seconds, nanoseconds)
+    def serialise(self, cloth: PublishedCloth, seconds: int, nanoseconds: int) -> bytes:
+        """Return the serialised message of the present state of `cloth`, stamped."""
+        self._message.stamp(seconds, nanoseconds)
         cloth.write_particles(self._points)
-        return self._template.tobytes()
+        return self._message.tobytes()

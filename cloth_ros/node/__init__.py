@@ -1,1 +1,1 @@
-"""The live node: it carries data from topics to the model and back, and computes nothing."""
+"""The live node: connects topics, services, parameters and timers to a `LiveCloth`."""

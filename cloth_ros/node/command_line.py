@@ -1,4 +1,4 @@
-"""What is wrong with a command line, in words for people."""
+"""Check the command line, and explain errors in it in one line."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from rclpy.utilities import remove_ros_args
 from ..scene.parameter import invalid_value_error, one_line
 from ..scene.parameter_file import read_limited
 
-_LONGEST = 600  # characters of a complaint
+_LONGEST = 600  # characters of an explanation
 
 
 def check_files(arguments: Sequence[str]) -> None:
-    """Raise ValueError where rcl would wait for a pipe, or read a file without end."""
+    """Raise ValueError for parameter files at which rcl would block, or that are too large."""
     for flag, path in pairwise(arguments):
         if flag == '--params-file':
             try:
@@ -27,15 +27,15 @@ def check_files(arguments: Sequence[str]) -> None:
 
 
 def check_rest(arguments: Sequence[str]) -> None:
-    """Raise ValueError where something is left over that ROS does not take."""
+    """Raise ValueError if there are arguments that are not for ROS."""
     rest = remove_ros_args(list(arguments))
     if rest:
         remedy = 'give a scene so: cloth_node --ros-args --params-file SCENE'
         raise invalid_value_error('an argument', rest[0], 'one for ROS, behind --ros-args', remedy)
 
 
-def complaint(error: Exception) -> str:
-    """Return one line for what the scene, or rcl, says of arguments that it does not take."""
+def explanation(error: Exception) -> str:
+    """Return one line about arguments that the scene or rcl rejects."""
     text = one_line(str(error))
     if isinstance(error, rclpy_implementation.UnknownROSArgsError):
         text = f'unknown ROS arguments {text}; leave them out'

@@ -1,4 +1,4 @@
-"""The executor that takes the least time for a message."""
+"""The executor of the node: the one that takes the least time per message."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ def make_executor() -> Executor:
     """
     Return an executor of one thread.
 
-    rclpy's events executor takes a third of the processor time of the usual one for a command,
-    which looks at every entity each time; the first releases of Jazzy are without it.
+    rclpy's events executor takes a third of the processor time per message of the usual one, which
+    checks every entity each time.  The first releases of Jazzy do not have it.
     """
     try:
         from rclpy.experimental import EventsExecutor  # type: ignore[attr-defined]

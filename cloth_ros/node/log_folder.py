@@ -1,4 +1,4 @@
-"""Whether logs can be written to files."""
+"""Check whether log files can be written."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import tempfile
 
 from rclpy.logging import get_logging_directory
 
-# rcl refuses to start where it cannot write its log file; with these arguments it writes none.
+# rcl refuses to start if it cannot write its log file; with these arguments it writes none.
 WITHOUT_FILES = ['--ros-args', '--disable-external-lib-logs']
 
 
 def obstacle() -> str:
-    """Say why no log file can be written; empty where one can."""
+    """Return why no log file can be written; empty if one can."""
     try:
         folder = get_logging_directory()
     except RuntimeError:

@@ -1,4 +1,4 @@
-"""The command `cloth_node`: signals first, everything heavy after."""
+"""The command `cloth_node`; it handles signals before it imports anything slow."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import sys
 from contextlib import suppress
 from typing import NoReturn
 
-from ..interrupt import Stop
+from ..interrupt import StopSignal
 
 
 def main(args: list[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
-    stop = Stop(signal.SIGINT, signal.SIGTERM)
+    stop = StopSignal(signal.SIGINT, signal.SIGTERM)
     try:
         from .run import run
 
         run(stop, args)
     except BaseException as error:
-        return 0 if stop.asked else _explain(error)
+        return 0 if stop.requested else _explain(error)
     return 0
 
 
 def _explain(error: BaseException) -> int:
-    """Say in a line why there is no node, and return the exit code; raise what is no reason."""
+    """Print why there is no node, and return the exit code; raise what is not expected."""
     if isinstance(error, ModuleNotFoundError):
         print(
             f'cloth_node: there is no {error.name}; source ROS 2 Jazzy, or install its wheels: '
@@ -43,13 +43,13 @@ def command() -> NoReturn:
     """
     Run the node, and end the process.
 
-    Not by Python's own end: it takes what they use from under threads that are compiling kernels,
-    which now and then ended in a segmentation fault.
+    Not by Python's own shutdown: it destroys what threads that compile or load kernels still use,
+    which sometimes ended in a segmentation fault.
     """
     code = main()
-    gc.collect()  # a node that was interrupted while it was made says goodbye
+    gc.collect()  # ends the ROS entities of a node whose construction was interrupted
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError):  # no one reads it, it is closed
+        with suppress(OSError, ValueError):  # closed, or nobody reads it
             stream.flush()
     os._exit(code)
 

@@ -1,4 +1,4 @@
-"""How many messages may wait for slow subscribers, and whether there is memory for them."""
+"""Quality of service of topics: its overrides, and the memory that queues may take."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..scene.parameter import ParameterSpec, convert, invalid_value_error
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
 DEPTH = 5
-# What may be overridden of a topic: its default, and what it may be.
+# Policies of a topic that may be overridden: their default, and what they may be.
 _POLICIES: dict[str, tuple[object, ParameterSpec]] = {
     'depth': (0, ParameterSpec('', low=0, high=1000)),
     'history': ('', ParameterSpec('', choices=('keep_last', 'system_default'))),
@@ -25,7 +25,7 @@ _POLICIES: dict[str, tuple[object, ParameterSpec]] = {
 
 def overridable_qos() -> dict[str, Any]:
     """Return the arguments for a publisher or subscription whose queue users may override."""
-    # A profile of its own each: rclpy writes the overrides into it.
+    # A profile of its own for each: rclpy writes the overrides into it.
     return {
         'qos_profile': QoSProfile(depth=DEPTH),
         'qos_overriding_options': QoSOverridingOptions.with_default_policies(),
@@ -33,7 +33,7 @@ def overridable_qos() -> dict[str, Any]:
 
 
 def check_policy(name: str, value: object) -> None:
-    """Raise ValueError for an override that rclpy would fail on, or that needs endless memory."""
+    """Raise ValueError for an override that rclpy would fail on, or that has no memory limit."""
     policy = name.rpartition('.')[2]
     if not name.startswith('qos_overrides.') or policy not in _POLICIES:
         return
@@ -43,7 +43,7 @@ def check_policy(name: str, value: object) -> None:
             name, value, 'a whole number', 'write it without point and exponent'
         )
     if policy == 'history' and given == 'keep_all':
-        # For a reader that hangs, that is without end, and then a wait in each tick.
+        # For a subscriber that hangs the queue would grow without limit, and then block each tick.
         remedy = 'write keep_last, and how many in depth'
         raise invalid_value_error(
             name, value, 'keep_last or system_default, for all need memory', remedy
@@ -53,12 +53,12 @@ def check_policy(name: str, value: object) -> None:
 
 class QueueDepths:
     """
-    What waits of the large messages for a subscriber that is slow or hangs.
+    Depths of the queues of large messages, for subscribers that are slow or hang.
 
     Parameters
     ----------
     depths
-        Of the queues that are not of the usual depth, by topic; each with its name.
+        Of the queues that are overridden, by topic: name of the override, and its value.
 
     """
 
@@ -77,7 +77,7 @@ class QueueDepths:
         return cls(depths)
 
     def check(self, scene: Scene) -> None:
-        """Raise ValueError where a scene takes too much memory, with all that may wait."""
+        """Raise ValueError if a scene takes too much memory, with full queues."""
         needed = memory.of_node(scene)
         memory.check(scene, needed)
         for topic, (name, depth) in self._depths.items():

@@ -1,4 +1,4 @@
-"""Messages that were refused, counted and warned of."""
+"""Count and report messages and requests that are rejected."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
-# Between two warnings of one kind; on the clock that no one sets back.
+# Arguments of a log call: at most one message per place and 5 s, by the clock that no one sets.
 THROTTLE: dict[str, Any] = {
     'throttle_duration_sec': 5.0,
     'throttle_time_source_type': Clock(clock_type=ClockType.STEADY_TIME),
@@ -17,12 +17,12 @@ THROTTLE: dict[str, Any] = {
 
 class RejectedInputs:
     """
-    What was refused, by topic; requests to set parameters under `parameters`.
+    Number of rejected messages by topic, and of rejected requests.
 
     Parameters
     ----------
     log
-        Where to warn.
+        Logger of the node.
 
     """
 
@@ -31,21 +31,24 @@ class RejectedInputs:
         self._loggers: dict[str, Any] = {}
         self._counts: Counter[str] = Counter()
 
+    def register(self, kind: str) -> None:
+        """Report a kind of input from the start, even if nothing is rejected."""
+        self._counts[kind] += 0
+
     def add(self, topic: str, reason: object) -> None:
-        """Count a message, and warn of it."""
+        """Count a rejected message, and warn."""
         self.count(topic)
         # rclpy throttles by logger and line: each topic has a logger of its own.
-        logger = self._loggers.setdefault(topic, self._log.get_child(topic))
-        logger.warning(f'refused a message on {topic}: {reason}', **THROTTLE)
+        logger = self._loggers.setdefault(topic, self._log.get_child(topic.replace('/', '.')))
+        logger.warning(f'rejected a message on {topic}: {reason}', **THROTTLE)
 
     def count(self, kind: str) -> None:
-        """Count what was refused, where whoever sent it has been told why."""
+        """Count what was rejected, where the sender has been told the reason."""
         self._counts[kind] += 1
 
     def report(self) -> dict[str, object]:
-        """Return how many were refused."""
-        kinds = ('wind', 'sphere_pose', 'clock', 'parameters')
+        """Return how many were rejected, in total and by kind."""
         return {
             'rejected inputs': self._counts.total(),
-            **{f'rejected {kind}': self._counts[kind] for kind in kinds},
+            **{f'rejected {kind}': count for kind, count in self._counts.items()},
         }

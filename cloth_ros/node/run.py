@@ -1,4 +1,4 @@
-"""The node made, spun and ended."""
+"""Make the node, spin it until a signal is received, and destroy it."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
-from ..interrupt import Stop
+from ..interrupt import StopSignal
 from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
 from .executor import make_executor
 
-_STOP_WITHIN = 0.25  # s, between two looks at whether a signal asked to stop
+_POLL = 0.25  # s, from one check for a signal to the next
 
 
-def run(stop: Stop, args: list[str] | None) -> None:
+def run(stop: StopSignal, args: list[str] | None) -> None:
     """
-    Make the node and spin it until `stop` asks.
+    Make the node and spin it until a signal is received.
 
     Raises
     ------
@@ -28,12 +28,12 @@ def run(stop: Stop, args: list[str] | None) -> None:
     """
     node: ClothNode | None = None
     try:
-        # rclpy's own handlers would end the context in the middle of a tick.
+        # rclpy's own signal handlers would end the context in the middle of a tick.
         try:
             unwritable = log_folder.obstacle()
             given = sys.argv[1:] if args is None else args
             command_line.check_files(given)
-            # Logs are worth less than the cloth.
+            # Without log files rather than not at all.
             all_args = [*given, *log_folder.WITHOUT_FILES] if unwritable else given
             shared_memory.enlarge_shared_memory()
             rclpy.init(args=all_args, signal_handler_options=SignalHandlerOptions.NO)
@@ -43,11 +43,11 @@ def run(stop: Stop, args: list[str] | None) -> None:
             if unwritable:
                 node.get_logger().warning(f'no log file: {unwritable}; set ROS_LOG_DIR')
         except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
-            raise SystemExit(command_line.complaint(error)) from None
+            raise SystemExit(command_line.explanation(error)) from None
         executor.add_node(node)
         stop.defer()
-        while not stop.asked:
-            executor.spin_once(timeout_sec=_STOP_WITHIN)
+        while not stop.requested:
+            executor.spin_once(timeout_sec=_POLL)
     finally:
         stop.defer()
         if node is not None:

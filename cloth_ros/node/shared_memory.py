@@ -1,4 +1,4 @@
-"""Room in shared memory for large messages, where Fast DDS carries them."""
+"""Enlarge the shared memory in which Fast DDS carries large messages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 _PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
-# Whoever says how messages are to be carried is left alone.
+# Transports that the user has chosen are not changed.
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _PROFILES_HERE = Path('DEFAULT_FASTRTPS_PROFILES.xml')
 _FOLDER = '/dev/shm'
@@ -17,12 +17,12 @@ _LEAST_FREE = 2 * 16 * 2**20  # bytes
 
 def enlarge_shared_memory() -> None:
     """
-    Have Fast DDS keep what it sends in a larger segment; to be called before `rclpy.init`.
+    Have Fast DDS use a larger segment for what it sends; to be called before `rclpy.init`.
 
-    By default it has half a megabyte, the markers of a sheet of 60 × 60 particles.  While one
-    subscriber hangs, or is gone without a goodbye, what waits for it takes the place of what the
-    others are to hear: from 48 × 48 on they then heard nothing for seconds, some of them until it
-    went on.  What the user has set is kept.
+    By default the segment has half a megabyte, which the markers of a sheet of 60 × 60 particles
+    fill.  While one subscriber hangs, or was killed, the messages that wait for it occupy the
+    space of those for the others: from 48 × 48 particles on, these received nothing for seconds,
+    some of them until it went on.  Settings of the user are kept.
     """
     if os.environ.get(_PROFILES) or os.environ.get(_TRANSPORTS) or _PROFILES_HERE.exists():
         return

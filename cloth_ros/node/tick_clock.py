@@ -1,4 +1,4 @@
-"""When the cloth ticks: by the wall clock, or by /clock."""
+"""Clock of the ticks: the steady wall clock, or /clock with `use_sim_time`."""
 
 from __future__ import annotations
 
@@ -10,24 +10,25 @@ from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
 
-_JUMP = 1.0  # s, from which on a step of /clock is taken for a jump, but for slow ticks:
-_JUMP_TICKS = 3  # periods that are none
-_RECENT = 5  # ticks, from which the step of /clock is told
+# A step of /clock is a jump if it is longer than this, s, and than this many periods of the ticks.
+_JUMP = 1.0
+_JUMP_PERIODS = 3
+_RECENT = 5  # ticks, from which the usual step of /clock is determined
 
 
 class Tick(NamedTuple):
     """
-    A tick.
+    One tick.
 
     Attributes
     ----------
     now, elapsed
-        When it is and how long after the one before, s, by the clock that ticks follow.
+        Time, and time since the last tick, s, by the clock that ticks follow.
     wall
-        The same by the wall clock, s.
+        Wall-clock time since the last tick, s.
     jump
-        By what /clock has jumped, s, or what it was first; None if it has not.  `elapsed` is then
-        0: that time was never there.
+        Time by which /clock has jumped, s, or its first value; None if it has not jumped.  In case
+        of a jump `elapsed` is 0: nothing is to be simulated for it.
 
     """
 
@@ -39,17 +40,16 @@ class Tick(NamedTuple):
 
 class TickClock:
     """
-    The timer of the ticks.
+    Timer of the ticks, on the clock that the cloth follows.
 
-    The wall clock is the steady one, which no one sets back; with simulated time ticks follow
-    /clock.
+    The wall clock is the steady one, which nobody sets back; with simulated time it is /clock.
 
     Parameters
     ----------
     node
-        Whose timer, and whose parameter `use_sim_time`.
+        Owner of the timer and of the parameter `use_sim_time`.
     tick
-        What to call.
+        Called at each tick.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class TickClock:
         self._intervals: deque[float] = deque(maxlen=_RECENT)
 
     def start(self, rate: float) -> bool:
-        """Begin, anew where the rate, Hz, or the clock has changed; return if the clock has."""
-        # Not what is only true as a whole number or a string: rclpy then follows no /clock.
+        """Start, or restart if the rate, Hz, or the clock has changed; return if the clock has."""
+        # Compared with True: rclpy follows no /clock if the value is a number or a string.
         simulated = self._node.get_parameter('use_sim_time').value is True
         clock = self._node.get_clock() if simulated else self.steady
         changed = clock is not self._clock
@@ -86,13 +86,13 @@ class TickClock:
         return changed
 
     def tick(self) -> Tick:
-        """Return what is known of the tick that is now."""
+        """Return the times of the present tick; to be called once in each."""
         assert self._clock is not None
         now, steady = self._clock.now().nanoseconds, self.steady.now().nanoseconds
         last, self._last = self._last, now
         wall, self._last_steady = 1e-9 * (steady - self._last_steady), steady
         elapsed, jump = 1e-9 * (now - last), None
-        longest = max(_JUMP, _JUMP_TICKS / self._rate)
+        longest = max(_JUMP, _JUMP_PERIODS / self._rate)
         if self.simulated and (last == 0 or not 0 <= elapsed <= longest):
             elapsed, jump = 0.0, elapsed
         else:
@@ -106,11 +106,11 @@ class TickClock:
 
     @property
     def period(self) -> float:
-        """Time between two ticks, s: that of the rate, or of a /clock that comes more rarely."""
+        """Usual time between two ticks, s: that of the rate, or of a slower /clock."""
         period = 1 / self._rate
         return max(period, min(self._intervals, default=period)) if self.simulated else period
 
     @property
-    def quiet(self) -> float:
-        """Wall-clock time since the last tick, s."""
-        return 1e-9 * (self.steady.now().nanoseconds - self._last_steady)
+    def overdue(self) -> float:
+        """Wall-clock time since the last tick, in periods of the rate."""
+        return 1e-9 * (self.steady.now().nanoseconds - self._last_steady) * self._rate

@@ -1,4 +1,4 @@
-"""How regular the ticks are, and how long messages take."""
+"""Statistics of the ticks: jitter, time for messages, jumps of the clock."""
 
 from __future__ import annotations
 
@@ -6,13 +6,27 @@ from collections import deque
 
 import numpy as np
 
+from .tick_clock import Tick
+
 _MOST = 4000  # ticks, the newest: some seconds at the highest rate
 
 
 class TickStatistics:
-    """Times of the ticks since the last report, s."""
+    """
+    Record the ticks since the last report.
+
+    Attributes
+    ----------
+    ticks, jumps
+        Number of ticks, and of those at which /clock has jumped, since the last report.
+    jump
+        Last jump, s.
+
+    """
 
     def __init__(self) -> None:
+        self.ticks = self.jumps = 0
+        self.jump = 0.0
         self._intervals: deque[float] = deque(maxlen=_MOST)
         self._messages: deque[float] = deque(maxlen=_MOST)
 
@@ -20,20 +34,36 @@ class TickStatistics:
         """Return how many ticks will be reported."""
         return len(self._intervals)
 
-    def add(self, interval: float, messages: float) -> None:
-        """Note the time since the tick before, and what building and publishing messages took."""
-        self._intervals.append(interval)
-        self._messages.append(messages)
+    def begin(self, tick: Tick) -> None:
+        """Record that a tick begins."""
+        self.ticks += 1
+        if tick.jump is not None:
+            self.jumps, self.jump = self.jumps + 1, tick.jump
+
+    def end(self, tick: Tick, messages: float) -> None:
+        """Record the time, s, that building and publishing messages has taken in a tick."""
+        if tick.jump is None:
+            self._intervals.append(tick.elapsed)
+            self._messages.append(messages)
 
     def take_report(self, period: float) -> dict[str, object]:
-        """Return the 99th percentile of what the intervals miss the period by, and of messages."""
+        """
+        Return percentiles by name and unit, and reset.
+
+        Parameters
+        ----------
+        period
+            Usual time between two ticks, s; jitter is the deviation from it.
+
+        """
         intervals, messages = list(self._intervals), list(self._messages)
         self._intervals.clear()
         self._messages.clear()
+        self.ticks = self.jumps = 0
         if not intervals:
             return {}
-        missed = np.abs(np.array(intervals) - period)
+        jitter = np.abs(np.array(intervals) - period)
         return {
-            'tick jitter, 99th percentile [s]': float(np.percentile(missed, 99)),
+            'tick jitter, 99th percentile [s]': float(np.percentile(jitter, 99)),
             'messages, 99th percentile [s]': float(np.percentile(messages, 99)),
         }

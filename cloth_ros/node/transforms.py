@@ -1,4 +1,4 @@
-"""Vectors and points in other frames than the node's own, through tf2 where it is installed."""
+"""Transform vectors and points to the frame of the node, by tf2 if it is installed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,17 @@ def transformed(vector: Vector, transform: Transform, *, is_point: bool) -> Vect
 
 
 class Transforms:
-    """Brings what arrives into the frame of the node."""
+    """
+    Transform vectors and points to the frame of a node.
+
+    Parameters
+    ----------
+    node
+        Where transforms are received.
+    frame_id
+        Frame of the node.
+
+    """
 
     def __init__(self, node: Node, frame_id: str) -> None:
         self._frame_id = frame_id
@@ -38,16 +48,16 @@ class Transforms:
             import tf2_ros
         except ImportError:
             return
-        # From the start: transforms that were published before a message must be known then.
+        # From the start: transforms that are published before a message must be known by then.
         self._tf2, self._node = tf2_ros, node
-        self.forget()
+        self.discard()
 
-    def forget(self) -> None:
+    def discard(self) -> None:
         """
-        Drop all transforms: time has jumped back.
+        Discard all transforms: time has jumped back.
 
-        A buffer would take none that are older than those it has, and does not see the jump
-        itself.  What is static is sent again to a new listener.
+        A buffer accepts none that are older than those it has, and does not notice the jump
+        itself.  Static transforms are sent again to a new listener.
         """
         if self._tf2 is None:
             return
@@ -63,22 +73,22 @@ class Transforms:
         Raises
         ------
         ValueError
-            tf2 is not installed, or does not know the way.
+            tf2 is not installed, or knows no such transform.
 
         """
         if frame_id in ('', self._frame_id):
             return vector
         if self._tf2 is None:
             raise ValueError(
-                f'the frame is {format_value(frame_id)}, but must be {self._frame_id!r} or empty where '
-                'tf2 is not installed; transform it, or install ros-jazzy-tf2-ros'
+                f'the frame is {format_value(frame_id)}, but must be {self._frame_id!r} or empty '
+                'where tf2 is not installed; transform it, or install ros-jazzy-tf2-ros'
             )
         try:
-            # The latest: to wait for the one of the stamp would delay the command.
+            # The latest: to wait for that of the stamp would delay the command.
             stamped = self._buffer.lookup_transform(self._frame_id, frame_id, Time())
         except self._tf2.TransformException as error:
             raise ValueError(
-                f'the frame is {format_value(frame_id)}, from which tf2 knows no way to '
+                f'the frame is {format_value(frame_id)}, from which tf2 knows no transform to '
                 f'{self._frame_id!r} ({error}); publish the transform'
             ) from None
         return transformed(vector, stamped.transform, is_point=is_point)

@@ -1,4 +1,4 @@
-"""/clock: rclpy takes every message for a time, and ends the node with one that is none."""
+"""A node that rejects messages on /clock that are not valid times."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..scene.parameter import invalid_value_error
 
 
 def check_time(message: Clock) -> None:
-    """Raise ValueError for what is no time, or none that a stamp can carry."""
+    """Raise ValueError for a time before 1970, and for one that a stamp cannot carry."""
     time = message.clock
     if time.sec < 0:
         raise invalid_value_error('clock.sec', time.sec, 'at least 0', 'publish a time after 1970')
@@ -24,12 +24,17 @@ def check_time(message: Clock) -> None:
 
 
 class ValidatedClockNode(Node):
-    """A node that outlives messages on /clock that are no time."""
+    """
+    A node that does not end at an invalid message on /clock.
+
+    rclpy's time source subscribes through `create_subscription` whenever `use_sim_time` becomes
+    true, and ends the node with an exception when a message is not a valid time.
+    """
 
     def create_subscription(  # type: ignore[no-untyped-def]
         self, msg_type: type, topic: str, callback: Callable[..., None], *args: Any, **others: Any
     ):
-        """Subscribe; rclpy's time source does so as well, whenever `use_sim_time` becomes true."""
+        """Subscribe; messages on /clock are checked first."""
 
         def checked(message: Clock) -> None:
             try:
@@ -39,9 +44,9 @@ class ValidatedClockNode(Node):
             else:
                 callback(message)
 
-        heed = checked if topic == CLOCK_TOPIC else callback
-        return super().create_subscription(msg_type, topic, heed, *args, **others)
+        handle = checked if topic == CLOCK_TOPIC else callback
+        return super().create_subscription(msg_type, topic, handle, *args, **others)
 
     def reject(self, topic: str, reason: object) -> None:
-        """Note that a message was refused."""
+        """Record that a message was rejected."""
         raise NotImplementedError

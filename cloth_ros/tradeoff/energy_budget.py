@@ -22,6 +22,7 @@ import numpy as np
 from ..model import Cloth
 from ..model.energy import Energy, energy
 from ..model.grid import Array
+from ..model.inputs import Vector
 from ..model.integrators.integrator import Step
 from ..model.state import State
 from ..scene import Scene
@@ -70,7 +71,7 @@ class Budget:
         return {**asdict(self), 'unexplained': self.unexplained, 'closure': self.closure}
 
 
-class EnergyAccount:
+class WorkAccount:
     """
     Substep observer that books the work done on a cloth.
 
@@ -102,7 +103,7 @@ class EnergyAccount:
         self._before = np.zeros_like(self._velocities)
         self._displaced = np.zeros(self._free.shape, bool)
 
-    def after_drift(self, state: State, step: Step, air_velocity: Array) -> None:
+    def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
         """Compute the impulses of a kick at the positions before the drift that follows it."""
         self._drifted, self._kicked = state.world_positions, state.velocities
         self._kick = 0.0 if step.kick is None else step.kick

@@ -9,8 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..live.error_estimate import ErrorEstimator
-from ..model import Cloth
-from ..model.inputs import Inputs
+from ..model import Cloth, Inputs
 from ..model.step_control import AdaptiveStepControl
 from ..scene import Scene
 from .run import Scenario

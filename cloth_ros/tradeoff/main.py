@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from ..interrupt import Stop
+from ..interrupt import StopSignal
 from ..scene import Scene
 from ..scene.parameter import checked_vector
 
@@ -114,7 +114,8 @@ class _Bar:
         self._bar = tqdm(
             desc=name,
             total=0.0,
-            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| {elapsed}, {remaining} left',
+            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| '
+            '{elapsed} elapsed, {remaining} left',
             disable=None,  # only on a terminal
             leave=False,
         )
@@ -142,7 +143,7 @@ class _Bar:
 
 
 def _study(
-    name: str, scene: Scene, arguments: argparse.Namespace, folder: Path, stop: Stop
+    name: str, scene: Scene, arguments: argparse.Namespace, folder: Path, stop: StopSignal
 ) -> None:
     import shutil
 
@@ -183,7 +184,7 @@ def _study(
     print(report.recommendation_text(result), flush=True)
 
 
-def _run(arguments: argparse.Namespace, stop: Stop) -> None:
+def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
     """Check the arguments and the installation, then study each scene."""
     if arguments.seconds is not None:
         _positive('--seconds', arguments.seconds)
@@ -217,16 +218,16 @@ def _explain(error: BaseException) -> int:
 def main(args: Sequence[str] | None = None) -> int:
     """Study the scenes of the command line until Ctrl-C; return the exit code."""
     arguments = _parser().parse_args(args)
-    stop = Stop(signal.SIGINT)
+    stop = StopSignal(signal.SIGINT)
     try:
         _run(arguments, stop)
     except BaseException as error:
-        if not stop.asked:
+        if not stop.requested:
             return _explain(error)
         print('\ncloth_tradeoff: stopped; the same command continues from here', file=sys.stderr)
         return 130
     finally:
-        stop.release()
+        stop.restore()
     return 0
 
 

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..model.forces.springs import spring_families
 from ..model.grid import Array, Grid, flat_sheet
-from ..model.integrators import kick_drift_kernel
+from ..model.integrators import kick_drift_kernel as kernel
 from ..model.integrators.integrator import SubstepBatch
 from ..model.integrators.kick_drift import KickDrift
 from ..model.state import State
@@ -110,9 +110,9 @@ class _BalancedStep:
         state, kick_drift = self._state, self._kick_drift
         before = state.position.copy()
         for step in self._integrator.steps(SubstepBatch(1, h)):
-            for row in kick_drift.rows(step):
-                kick_drift.run(state, np.array([row]), np.zeros(3))
-                if row[0] in (kick_drift_kernel.ACCELERATE, kick_drift_kernel.ACCELERATE_MIDDLE):
+            for row in kick_drift.operations(step):
+                kick_drift.run(state, np.array([row]), (0.0, 0.0, 0.0))
+                if row[0] in (kernel.ACCELERATE, kernel.ACCELERATE_AT_MIDPOINT):
                     state.acceleration -= self._undisturbed
                 if held:
                     state.position[...] = before
@@ -148,14 +148,14 @@ class _Disturbances:
             return True
         if not self._step.damped:
             return False
-        start = self._start * np.array([0.0, 1.0])[:, None, None, None]
-        # Two substeps, so that z of either sign is found.
-        return has_eigenvalue_above(
-            lambda field: self._map(field, h, substeps=2, held=True),
-            start,
-            1 + _GROWTH,
-            _TOLERANCE,
-        )
+
+        def damp(velocities: Array) -> Array:
+            # Two substeps, so that z of either sign is found.
+            field = np.stack([np.zeros_like(velocities), velocities])
+            damped: Array = self._map(field, h, substeps=2, held=True)[1]
+            return damped
+
+        return has_eigenvalue_above(damp, self._start[1], 1 + _GROWTH, _TOLERANCE)
 
     def _map(self, field: Array, h: float, *, substeps: int = 1, held: bool = False) -> Array:
         """

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..model import Cloth
+from ..model import Cloth, Snapshot
 from ..model.grid import Array
-from ..model.state import Snapshot
 from ..scene import Scene
 
 

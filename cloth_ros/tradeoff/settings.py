@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import partial
 
@@ -84,18 +84,21 @@ class FixedStepControl:
     ----------
     substep
         Length of the substeps, s.
+    division, check_interval
+        As in every step control; constant.
 
     """
+
+    division, check_interval = 1, CHECK_INTERVAL
 
     def __init__(self, scene: Scene, *, substeps: int) -> None:
         self.substep = 1 / (scene.rate * substeps)
 
     def batches(
         self, state: State, count: int, h: float, division: int, airspeed: float
-    ) -> Iterator[SubstepBatch]:
-        """Yield batches of `count` substeps of `h` s in all."""
-        for first in range(0, count, CHECK_INTERVAL):
-            yield SubstepBatch(min(CHECK_INTERVAL, count - first), h)
+    ) -> Iterable[SubstepBatch]:
+        """Return one batch of `count` substeps of `h` s."""
+        return (SubstepBatch(count, h),)
 
 
 def make_cloth(scene: Scene, setting: Setting) -> Cloth:

@@ -19,7 +19,7 @@ from ..model.stability import SAFETY
 from ..scene import Scene
 from . import live_error, measured_stability
 from .cache import NO_ARRAY, Cache
-from .energy_budget import EnergyAccount
+from .energy_budget import WorkAccount
 from .machine import describe
 from .reference_solution import (
     Horizon,
@@ -44,8 +44,8 @@ _ESTIMATED = {True: 0.0, False: 2.5}
 _LENGTHS = (1e-4, 1e-3, 1e-2)
 # Wall-clock time, s, of measuring a stability limit on 24 × 24 particles, and of booking the
 # energy of a substep.
-_STABILITY = 1.5
-_ACCOUNT = 6e-4
+_STABILITY = 1.0
+_ACCOUNT = 4e-4
 
 Progress = Callable[[str, float], None]
 Entry = dict[str, Any]
@@ -342,7 +342,7 @@ class Study:
 
     def _budget(self) -> Entry:
         def measure() -> tuple[Entry, Array]:
-            account = EnergyAccount(self._scene)
+            account = WorkAccount(self._scene)
             cloth = Cloth(self._scene, observer=account, energy_monitor=None)
             for number, tick in enumerate(self._scenario.ticks(cloth)):
                 if number == 0:

@@ -219,6 +219,7 @@ class BroadPhase:
         self._particles = np.empty(grid.rows * grid.columns, np.int32)
         self._local = np.full(grid.size, -1, np.int32)
         self._count = 0
+        self._near = False  # no kernel is called before the sphere is near for the first time
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -241,14 +242,27 @@ class BroadPhase:
             self._margin = -math.inf
         return clear
 
-    def is_beyond(self, state: State, centre: Array, reach: float) -> bool:
-        """Return whether every row of the sheet is farther than `reach`, m, from a centre."""
-        sheet = self._grid.interior(state.position).astype(float)
-        low, high = sheet.min(axis=2), sheet.max(axis=2)
+    def distance(self, state: State, start: Array, end: Array) -> float:
+        """
+        Return the least distance of a path from any row of the sheet, m, as `_search` does.
+
+        In NumPy: it decides whether contact is possible before kernels of contact are compiled.
+
+        Parameters
+        ----------
+        state
+            The sheet.
+        start, end
+            Of the path, relative to the origin of the state, m, shape (3,).
+
+        """
+        sheet = self._grid.interior(state.position)
+        low, high = sheet.min(axis=2).astype(float), sheet.max(axis=2).astype(float)
         if self._grid.rows > 1:  # bounds of all cells between two rows
             low, high = np.minimum(low[:, 1:], low[:, :-1]), np.maximum(high[:, 1:], high[:, :-1])
-        gap = np.maximum(np.maximum(low - centre[:, None], centre[:, None] - high), 0.0)
-        return bool(np.all(np.linalg.norm(gap, axis=0) > reach))
+        first, last = np.minimum(start, end)[:, None], np.maximum(start, end)[:, None]
+        x, y, z = np.maximum(np.maximum(low - last, first - high), 0.0)
+        return float(np.sqrt(x * x + y * y + z * z).min())
 
     def candidates(self) -> Candidates:
         """Return the present candidates."""
@@ -291,7 +305,10 @@ class BroadPhase:
         margin = way + min(_LIFETIME * way, radius)
         if not way <= self._margin <= _WIDE * margin:  # True for NaN
             reach = radius + _AXES * (way + margin)
-            self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
+            self._count, nearest = 0, 0.0 if self._near else self.distance(state, start, end)
+            if not nearest > reach:  # True for NaN
+                self._near = True
+                self._count, nearest = _search(*fields, *layout, start, end, reach, self._cells)
             self.clearance, self._margin = nearest - radius, margin
         triangles = np.empty((4 * self._count, 3), np.int64)
         if not self._count:

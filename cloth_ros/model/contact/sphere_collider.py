@@ -175,6 +175,7 @@ class SphereCollider:
     """
 
     name = 'sphere'
+    shape = 'sphere'
 
     def __init__(self, scene: Scene, grid: Grid) -> None:
         sphere = scene.sphere
@@ -197,6 +198,11 @@ class SphereCollider:
         """Centre in the world, m."""
         x, y, z = self._centre.tolist()
         return (x, y, z)
+
+    @property
+    def size(self) -> Vector:
+        """Diameter now, m, along each axis."""
+        return (2 * self.radius, 2 * self.radius, 2 * self.radius)
 
     def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:
         """Return a commanded centre, m, near a sheet at `sheet`, m; raises ValueError."""
@@ -230,7 +236,8 @@ class SphereCollider:
         speed = float(np.linalg.norm(state.velocities, axis=0).max())
         points = [self._centre, *map(np.array, inputs.collider_paths.get(self.name, ()))]
         way = np.linalg.norm(np.diff(points, axis=0), axis=1).sum() + seconds * 2 * speed
-        return not self._broad_phase.is_beyond(state, centre, self._full_radius + way)
+        # True for NaN.
+        return not self._broad_phase.distance(state, centre, centre) > self._full_radius + way
 
     def act(self, state: State, time: float, h: float) -> None:
         """Move the sphere through the substep that `state` has just made; resolve contact."""
@@ -331,7 +338,9 @@ class SphereCollider:
         scene = Scene().with_parameters(
             {'sheet.rows': 2, 'sheet.columns': 2, 'pins': [''], 'sphere.radius': 1.0}
         )
-        SphereCollider(scene, grid).act(State(grid, dtype), 0.0, 1e-3)
+        collider, state = SphereCollider(scene, grid), State(grid, dtype)
+        collider.respawn(state)
+        collider.act(state, 0.0, 1e-3)
 
     def restore(self, snapshot: SphereSnapshot, state: State, *, exact: bool) -> None:
         """Return to a snapshot; not `exact`: of a sphere or a sheet with other parameters."""

@@ -1,0 +1,88 @@
+"""
+Compile the kernels of a scene: ``python -m cloth_ros.live.compile_kernels``, a child process.
+
+The process reads one line of JSON from its standard input: ``parameters`` of the scene by name,
+``kinds`` of kernels and ``nice``, the increment of its niceness.  It fills Numba's cache on disk,
+from which the parent process then loads the kernels.  It ends when its standard input is closed,
+which happens when the parent ends, in whatever way.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import warnings
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from ..model import Cloth
+from ..model.grid import Grid
+from ..model.interaction import build_interactions
+from ..model.resample import interpolate
+from ..model.time_step import precision_for
+from ..scene import Scene
+from .triangles import write_triangles
+
+
+def _small(scene: Scene) -> Scene:
+    """Return a scene with the same kernels, whose sheet is small and far from the sphere."""
+    sheet = scene.sheet
+    x, y, z = sheet.position
+    return scene.with_parameters(
+        {
+            'sheet.rows': min(sheet.rows, 3),
+            'sheet.columns': min(sheet.columns, 3),
+            'sphere.position': (x - 1e5 if x > 0 else x + 1e5, y, z),
+            'solver.precision': precision_for(scene),
+            'solver.substeps': 0,
+            'pins': [''],
+        }
+    )
+
+
+def kinds_of(scene: Scene) -> tuple[str, ...]:
+    """Return the kinds of kernels of a scene, in the order in which a cloth needs them."""
+    contact = build_interactions(_small(scene), Grid(1, 1))
+    return ('motion', 'contact') if contact else ('motion',)
+
+
+def warm_up(scene: Scene, kinds: Collection[str]) -> None:
+    """
+    Call every kernel of a scene once, so that Numba loads it from its cache or compiles it.
+
+    Parameters
+    ----------
+    scene
+        As it is simulated, on its own or on a coarser grid.
+    kinds
+        Those of `kinds_of` that are wanted.  Kernels that publish the sheet count as motion.
+
+    """
+    if 'motion' in kinds:
+        write_triangles(np.zeros((2, 2, 3)), np.empty((1, 6, 3)))
+        interpolate(np.zeros((1, 1, 1, 3)), 1, 1)
+    for _ in Cloth(_small(scene)).warm_up(kinds):
+        pass
+
+
+def _exit_with_parent() -> None:
+    os.read(sys.stdin.fileno(), 1)  # returns when the other end of the pipe is closed
+    os._exit(1)
+
+
+def main() -> None:
+    """Compile what the standard input asks for."""
+    job: dict[str, Any] = json.loads(sys.stdin.readline())
+    # The parent logs what is printed: the text alone is enough.
+    warnings.showwarning = lambda message, *_, **__: print(message, file=sys.stderr)
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+    os.nice(job['nice'])
+    warm_up(Scene.from_parameters(job['parameters']), job['kinds'])
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,327 @@
+"""
+A cloth that runs in real time: the model with pacing, overload handling and an error estimate.
+
+Call `tick` at each tick of a clock, publish the state, and then call `estimate_error`, which uses
+time that is left over.  `configure` requests other parameters; they take effect as soon as their
+kernels are there.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+
+from ..model import Cloth, check_scene
+from ..model.contact.collider import Collider
+from ..model.contact.sphere_collider import SphereCollider
+from ..model.energy_monitor import RollbackCounts
+from ..model.grid import Array
+from ..model.time_step import integrator_for
+from ..scene import Scene
+from .compile_kernels import kinds_of
+from .error_estimate import ErrorEstimator, double_precision, fine_solution
+from .first_start import FirstStart
+from .kernel_compiler import NICEST, KernelCompiler, Log
+from .pacing import Pacing
+from .reconfiguration import Reconfiguration
+from .solver_summary import solver_summary
+
+# Share of a core for the error estimate; with its bookkeeping it takes 5 %.
+_ESTIMATE_SHARE = 0.045
+_LONGEST_PAUSE = 1.0  # s, of which that share is spent at most
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Report:
+    """
+    How a cloth has run since the last report.
+
+    Attributes
+    ----------
+    real_time_factor
+        Simulated time by time passed.
+    lost
+        Time given up because the machine was too slow, s.
+    rollbacks
+        Batches of substeps that were rolled back.
+    held
+        Why the cloth is held; empty if it is not.
+    reduction
+        What is given up because of overload, in words; empty if nothing is.
+
+    """
+
+    real_time_factor: float
+    lost: float
+    rollbacks: RollbackCounts
+    held: str
+    reduction: str
+
+
+class LiveCloth:
+    """
+    A running cloth.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    log
+        Where to report what happens: a `logging.Logger`, or that of a ROS node.
+
+    Attributes
+    ----------
+    running
+        True once the kernels of motion are there.
+    paused
+        True while time does not pass; assign to pause and resume.
+    revision
+        Counts the changes of the state, by a tick or a reset.
+
+    Raises
+    ------
+    ValueError
+        The scene cannot be simulated.
+
+    """
+
+    def __init__(self, scene: Scene, log: Log) -> None:
+        self._log = log
+        check_scene(scene)
+        self._compiler = KernelCompiler(log)
+        self._start = FirstStart(scene, self._compiler, log)
+        self._published = self._start.initial_cloth()
+        self._changes = Reconfiguration(scene, self._compiler, log)
+        self._pacing = Pacing()
+        self._estimator = ErrorEstimator(self._published.cloth, make_fine=self._make_fine)
+        self._estimating = False
+        self._rollbacks = RollbackCounts()
+        self._may_change = True
+        self._summary_due = False
+        self.running = False
+        self.paused = False
+        self.revision = 0
+        self.poll()
+
+    def close(self) -> None:
+        """End all background work."""
+        self._compiler.close()
+
+    # State
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is simulated; its sheet has the grid that is published."""
+        return self._published.scene
+
+    @property
+    def requested(self) -> Scene:
+        """The scene that was last requested."""
+        return self._changes.requested
+
+    @property
+    def pending(self) -> float:
+        """Time that has passed but is not simulated yet, s; the state is as old as that."""
+        return self._pacing.pending
+
+    @property
+    def air_velocity(self) -> Vector:
+        """Velocity of the air now, gusts included, m/s."""
+        return self._published.air_velocity
+
+    @property
+    def colliders(self) -> Mapping[str, Collider]:
+        """Colliders by name."""
+        return self._published.colliders
+
+    def write_particles(self, out: Array) -> None:
+        """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
+        self._published.write_particles(out)
+
+    def write_positions(self, out: Array) -> None:
+        """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
+        self._published.write_positions(out)
+
+    # Commands
+
+    def configure(self, scene: Scene) -> None:
+        """
+        Request other parameters.
+
+        However often they change, they take effect once a tick, unless a command comes between.
+        """
+        self._changes.requested = scene
+        if self._may_change:
+            self._change_scene()
+
+    def set_wind(self, velocity: Sequence[float]) -> None:
+        """Set the velocity of the air, m/s; raises ValueError."""
+        self._change_scene()  # parameters that were set before the command hold for it
+        self._published.cloth.wind = velocity
+
+    def move_collider(self, name: str, position: Sequence[float]) -> None:
+        """Move a collider to `position`, m, by the end of the next tick; raises ValueError."""
+        self._change_scene()
+        if name == SphereCollider.name:  # without a sphere, the error names its parameter
+            self._published.cloth.move_sphere(position)
+        else:
+            self._published.cloth.move_collider(name, position)
+
+    def reset(self) -> None:
+        """Return to the initial state."""
+        self._change_scene()
+        self._published.cloth.reset()
+        self._estimator.restart()
+        self._pacing.discard()
+        self._start.release()
+        self.revision += 1
+
+    # Time
+
+    def tick(
+        self,
+        elapsed: float,
+        *,
+        period: float,
+        wall: float,
+        estimate_error: bool = False,
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> bool:
+        """
+        Simulate what is due.
+
+        Parameters
+        ----------
+        elapsed
+            Time since the last tick, s, by the clock that the cloth follows.
+        period
+            Usual time between two ticks, s.
+        wall
+            Wall-clock time that the tick may take, s.
+        estimate_error
+            True if the error estimate is wanted; the first one is always made.
+        interrupted
+            Called between batches of substeps; if it returns True, the tick ends at once.
+
+        Returns
+        -------
+        bool
+            False if it was interrupted: there is no state to publish.
+
+        """
+        self.poll()
+        self._may_change = True
+        self._change_scene()
+        wanted = estimate_error or self._estimator.estimate is None
+        self._estimating = wanted and self._published.spacing == 1 and not self._start.missing
+        if self.paused:
+            self._pacing.discard()
+            return True
+        self.revision += 1
+        cloth, pacing = self._published.cloth, self._pacing
+        substep, lost = cloth.substep, pacing.lost
+        max_tick = self.scene.solver.max_tick
+        count = pacing.due(elapsed, substep, period, max_tick, wall)
+        if count == 0:
+            return True
+        start = time.perf_counter()
+        if self._estimating:
+            self._estimator.observe(count * substep)
+        for _ in self._start.advance(cloth, count * substep):
+            if interrupted():
+                return False
+        if self._start.held:
+            pacing.discard()
+            return True
+        pacing.done(count, substep, time.perf_counter() - start)
+        if pacing.lost > lost:
+            self._changes.relax(pacing.cost)
+        return True
+
+    def estimate_error(self, wall: float) -> None:
+        """Work on the error estimate for a share of `wall`, s, of wall-clock time."""
+        if self._estimating and not self.paused:
+            self._estimator.work(_ESTIMATE_SHARE * min(wall, _LONGEST_PAUSE))
+
+    def poll(self) -> None:
+        """Check whether kernels have become available; `tick` does so as well."""
+        self._start.poll()
+        if not self.running and 'motion' not in self._start.missing:
+            self._begin()
+
+    def _begin(self) -> None:
+        """Measure the cost of a substep of a new cloth or scene."""
+        self.running = True
+        self._pacing.expect(self._published.cloth.time_substep())
+
+    def _change_scene(self) -> None:
+        """Make a change that was requested, or that overload requires, once it is ready."""
+        change = self._changes.poll()
+        if change is None:
+            return
+        level = change.level
+        self._published = self._published.changed(level.scene, level.spacing)
+        self._start.abandon()
+        self._begin()
+        self._estimator.restart(self._published.cloth)
+        if change.requested:
+            self._may_change, self._summary_due = False, True
+        else:
+            self._log.warning(f'overload, {level.text}: {self.solver_summary}')
+
+    def _make_fine(self, scene: Scene) -> Future[Cloth]:
+        """Make the finer solution of the error estimate in the background."""
+        label, double = self._start.label('the error estimate'), double_precision(scene)
+
+        def make() -> Cloth:
+            self._compiler.ensure(double, kinds_of(double), label, NICEST)
+            return fine_solution(scene)
+
+        return self._compiler.submit(make)
+
+    # Reports
+
+    @property
+    def solver_summary(self) -> str:
+        """One line about the solver, for people."""
+        cloth = self._published.cloth
+        return solver_summary(cloth, self._pacing.load(cloth.substep))
+
+    def take_report(self) -> Report:
+        """
+        Return how the cloth has run since the last report; to be called once a second.
+
+        Reduced accuracy is restored here, one level at a time, when no time was lost.
+        """
+        if self._summary_due:
+            self._summary_due = False
+            self._log.info(self.solver_summary)
+        factor, lost = self._pacing.take_report()
+        rollbacks = self._published.cloth.rollbacks
+        since, self._rollbacks = rollbacks.since(self._rollbacks), replace(rollbacks)
+        if lost == 0:
+            self._changes.recover(self._pacing.cost)
+        return Report(factor, lost, since, self._start.held, self._changes.reduction)
+
+    def values(self) -> dict[str, object]:
+        """Return measured values by name and unit; takes as long as some substeps."""
+        cloth = self._published.cloth
+        return {
+            'simulated time [s]': cloth.time,
+            'substeps in the last tick': cloth.substeps,
+            'method': integrator_for(cloth.scene).name,
+            'tolerance [m]': cloth.scene.solver.tolerance,
+            'step [s]': cloth.substep,
+            'stability limit [s]': cloth.stability_limit,
+            'load [share of real time]': self._pacing.load(cloth.substep),
+            'energy [J]': cloth.energy(),
+            'largest strain': cloth.largest_strain(),
+            **self._estimator.report(),
+            'sphere radius [m]': cloth.sphere_radius,
+            'sphere depth [m]': cloth.sphere_depth,
+            **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
+        }

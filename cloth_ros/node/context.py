@@ -1,0 +1,39 @@
+"""What the outputs, inputs and services of the node share."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from rclpy.node import Node
+
+from ..live.live_cloth import LiveCloth
+from .rejected_inputs import RejectedInputs
+from .transforms import Transforms
+
+
+@dataclass(frozen=True)
+class Context:
+    """
+    What an output, an input or a service needs.
+
+    Attributes
+    ----------
+    node
+        Owner of publishers, subscriptions, services and timers.
+    live
+        The running cloth.
+    transforms
+        Brings vectors and points of other frames into the frame of the node.
+    rejected
+        Counts and reports messages that are rejected.
+    unsent
+        Number of messages that could not be sent, by topic.
+
+    """
+
+    node: Node
+    live: LiveCloth
+    transforms: Transforms
+    rejected: RejectedInputs
+    unsent: Counter[str] = field(default_factory=Counter)

@@ -1,0 +1,53 @@
+"""The topic `~/markers`: the cloth and what acts on it for viewers, at a rate of its own."""
+
+from __future__ import annotations
+
+from visualization_msgs.msg import MarkerArray
+
+from ...messages.markers import MarkersMessage, deletion
+from ...scene import Scene
+from ..context import Context
+from ..publisher import TolerantPublisher
+
+
+class MarkersOutput:
+    """Publish the markers, and delete those that the scene has no longer."""
+
+    def __init__(self, context: Context) -> None:
+        self._live = context.live
+        self._publisher = TolerantPublisher(context, MarkerArray, '~/markers')
+        self._message: MarkersMessage | None = None
+        self._scene: Scene | None = None
+        self._published: frozenset[str] = frozenset()
+        self._last = self._next = 0.0
+        self.topic = self._publisher.topic
+
+    def publish(self, now: float, stamp: int) -> None:
+        """Publish the present state, stamped in ns, if it is time and there is a subscriber."""
+        if not (self._due(now) and self._publisher.wanted):
+            return
+        times = divmod(stamp, 1_000_000_000)
+        self._publisher.publish(self._current_message().serialise(self._live, *times))
+
+    def _current_message(self) -> MarkersMessage:
+        """Return the message of the present scene."""
+        scene = self._live.scene
+        if self._message is None or scene is not self._scene:
+            self._message, self._scene = MarkersMessage(self._live), scene
+            removed = self._published - self._message.namespaces
+            if removed:
+                self._publisher.publish(deletion(removed, scene.frame_id))
+            self._published = self._message.namespaces
+        return self._message
+
+    def _due(self, now: float) -> bool:
+        """Return whether markers are due at `now`, s; the clock may have jumped back."""
+        scene = self._live.scene
+        if now < self._last:
+            self._next = 0.0
+        self._last = now
+        # Half a tick of tolerance: a tick that is early by its jitter is the one that was meant.
+        if scene.markers.rate == 0 or now < self._next - 0.5 / scene.rate:
+            return False
+        self._next = max(self._next + 1 / scene.markers.rate, now)
+        return True

@@ -1,0 +1,117 @@
+"""Parameter services that reject what rclpy fails on, and say what is allowed."""
+
+from __future__ import annotations
+
+import array
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+
+from ..scene.parameter import PARAMETERS, format_value, invalid_value_error, one_line
+from .parameters import coerce_types
+
+_LONGEST = 600  # characters of a reason
+
+
+def _comparable(value: Any) -> Any:
+    """Return a list for what rclpy gives as list, tuple or array."""
+    return list(value) if isinstance(value, (tuple, array.array)) else value
+
+
+class SafeParameterService(ParameterService):
+    """
+    The services that read and set parameters.
+
+    rclpy's own end the node at a type that does not exist, and name neither the allowed values nor
+    a remedy when they reject one.
+
+    Parameters
+    ----------
+    node
+        Owner of the parameters.
+    check
+        Raises ValueError for parameters that cannot be set.
+    rejected
+        Called for each request, or part of one, that is rejected.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        check: Callable[[list[Parameter]], None],
+        rejected: Callable[[], None],
+    ) -> None:
+        super().__init__(node)
+        self._owner, self._check, self._rejected = node, check, rejected
+
+    def _set_parameters_callback(
+        self, request: SetParameters.Request, response: SetParameters.Response
+    ) -> SetParameters.Response:
+        for parameter in request.parameters:
+            single = SetParametersAtomically.Request(parameters=[parameter])
+            answer = SetParametersAtomically.Response()
+            self._set_parameters_atomically_callback(single, answer)
+            response.results.append(answer.result)
+        return response
+
+    def _set_parameters_atomically_callback(
+        self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+    ) -> SetParametersAtomically.Response:
+        try:
+            request.parameters = list(self._to_be_set(request.parameters))
+        except ValueError as error:
+            response.result = SetParametersResult(successful=False, reason=str(error))
+        else:
+            response.result = SetParametersResult(successful=True)
+            if request.parameters:
+                super()._set_parameters_atomically_callback(request, response)
+        if not response.result.successful:
+            self._rejected()
+        # rclpy quotes names of any length.
+        response.result.reason = one_line(response.result.reason)[:_LONGEST]
+        return response
+
+    def _to_be_set(self, messages: Sequence[ParameterMessage]) -> Iterator[ParameterMessage]:
+        """Yield the parameters to set, without fixed ones that keep their value; ValueError."""
+        parameters = []
+        for message in messages:
+            try:
+                parameters.append(Parameter.from_parameter_msg(message))
+            except ValueError:
+                name, kind = format_value(message.name), message.value.type
+                raise invalid_value_error(
+                    f'the type of {name}', kind, '0 to 9', 'see ParameterType'
+                ) from None
+        parameters = coerce_types(parameters)
+        for name, count in Counter(parameter.name for parameter in parameters).items():
+            if count > 1:
+                raise invalid_value_error(
+                    f'the number of {format_value(name)}', count, '1', 'give it once'
+                )
+        self._check(parameters)
+        for message, parameter in zip(messages, parameters, strict=True):
+            if not self._is_fixed(parameter.name):
+                yield message
+                continue
+            # A file that was dumped from a node contains the fixed ones as well.
+            now = self._owner.get_parameter(parameter.name).value
+            if _comparable(parameter.value) != _comparable(now):
+                raise invalid_value_error(
+                    parameter.name,
+                    parameter.value,
+                    f'{format_value(now)}, as the node was started',
+                    'start the node with it',
+                )
+
+    def _is_fixed(self, name: str) -> bool:
+        spec = PARAMETERS.get(name)
+        of_a_queue = name.startswith('qos_overrides.') and self._owner.has_parameter(name)
+        return of_a_queue or (spec is not None and spec.fixed)

@@ -1,0 +1,52 @@
+"""A publisher whose messages may fail to be sent without ending the node."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rclpy.impl.implementation_singleton import rclpy_implementation
+
+from .context import Context
+from .qos import overridable_qos
+from .rejected_inputs import THROTTLE
+
+
+class TolerantPublisher:
+    """
+    Publish on a topic; count and report messages that cannot be sent.
+
+    Parameters
+    ----------
+    context
+        Of the node.
+    kind
+        Message type.
+    topic
+        Name, which may be relative or private.
+
+    Attributes
+    ----------
+    topic
+        Its full name.
+
+    """
+
+    def __init__(self, context: Context, kind: type, topic: str) -> None:
+        self._publisher = context.node.create_publisher(kind, topic, **overridable_qos())
+        self.topic = self._publisher.topic_name
+        self._name = topic.rpartition('/')[2]
+        self._unsent = context.unsent
+        self._log = context.node.get_logger().get_child(self._name)
+
+    @property
+    def wanted(self) -> bool:
+        """True if there is a subscriber."""
+        return self._publisher.get_subscription_count() > 0
+
+    def publish(self, message: Any) -> None:
+        """Publish a message or its bytes; if DDS has no room or time for it, warn and go on."""
+        try:
+            self._publisher.publish(message)
+        except rclpy_implementation.RCLError as error:
+            self._unsent[self.topic] += 1
+            self._log.warning(f'a message on {self._name} was not sent: {error}', **THROTTLE)

@@ -1,0 +1,19 @@
+"""The service `~/reset`: back to the initial state."""
+
+from __future__ import annotations
+
+from std_srvs.srv import Trigger
+
+from ..context import Context
+
+
+def create_reset_service(context: Context) -> None:
+    """Offer `~/reset`."""
+
+    def reset(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        context.live.reset()
+        response.success = True
+        response.message = 'the cloth is back in its initial state'
+        return response
+
+    context.node.create_service(Trigger, '~/reset', reset)

@@ -1,1 +1,0 @@
-"""What the cloth withstands, measured: each command here writes rows of docs/reliability.md."""

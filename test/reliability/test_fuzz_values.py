@@ -1,0 +1,195 @@
+"""Bad parameters and commands in Python."""
+
+import array
+import contextlib
+import decimal
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reliability.invalid_values import (
+    DEFAULTS,
+    NAMES,
+    anything,
+    entries,
+    mostly,
+    numbers,
+    refusal,
+    times,
+    vectors,
+)
+
+from cloth_ros import Cloth, Scene
+
+
+def nested(entries: dict) -> dict:
+    """Return parameters by dotted names as nested mappings."""
+    result: dict = {}
+    for name, value in entries.items():
+        into = result
+        *groups, last = str(name).split('.')
+        for group in groups:
+            inner = into.setdefault(group, {})
+            into = inner if isinstance(inner, dict) else {}
+        into[last] = value
+    return result
+
+
+def make_scene(way: str, changes: object) -> str | None:
+    """Make a scene in one of several ways; return the refusal, or check the scene."""
+    base, made = Scene(), SimpleNamespace()
+
+    def make() -> None:
+        if way == 'with_parameters':
+            made.scene = base.with_parameters(changes)
+        elif way == 'nested' and isinstance(changes, dict):
+            made.scene = Scene.from_parameters(nested(changes))
+        else:
+            made.scene = Scene.from_parameters(changes)
+
+    refused = refusal(make)
+    if not refused:
+        flat = made.scene.flat()
+        assert all(type(flat[name]) is type(DEFAULTS[name]) for name in NAMES)
+        assert made.scene.with_parameters({}) == made.scene
+    assert base == Scene()
+    return refused
+
+
+# Each of these was accepted, or failed in another way, once.
+INVALID = [
+    *({'wind.gust.seed': 2**53 + 1}, {'rate': b'60'}, {'rate': np.array([60.0])}),
+    *({'rate': 10**5000}, {'rate': decimal.Decimal('sNaN')}, {'pins': ['9' * 5000 + ',0']}),
+    *({'pins': ['0,0'] * 5000}, {'gravity': range(10**30)}, {'gravity': np.full(3, 1 + 1j)}),
+    *({'gravity': np.zeros((3, 3))}, {'frame_id': '\ud800'}, {'frame_id': 'a\0b'}),
+    *({'frame_id': 'x' * 10**6}, {'x' * 10**5: 1}, {10**5000: 1}, {'sheet': 4, 'sheet.rows': 3}),
+    *({'sheet.rows': array.array('d', [1.0])}, None, [], 'rate'),
+]
+
+
+@pytest.mark.parametrize('way', ['with_parameters', 'from_parameters'])
+def test_parameters_known_to_be_invalid(way):
+    """Parameters that were accepted or failed otherwise once: a clear error."""
+    for changes in INVALID:
+        assert make_scene(way, changes), changes
+
+
+@times(4)
+@given(
+    way=st.sampled_from(['with_parameters', 'from_parameters', 'nested']),
+    changes=mostly(st.lists(entries(), min_size=1, max_size=3).map(dict), anything()),
+)
+def test_parameters(way, changes, outcomes):
+    """Parameters: a clear error, or a valid scene."""
+    outcomes['refused' if make_scene(way, changes) else 'valid'] += 1
+
+
+def test_a_group_given_twice_is_merged():
+    """A group as an object, and one of its parameters: both hold."""
+    scene = Scene.from_parameters({'sheet': Scene(sheet={'rows': 7}).sheet, 'sheet.columns': 9})
+    assert (scene.sheet.rows, scene.sheet.columns) == (7, 9)
+
+
+SHAPE = (5, 6, 3)
+
+
+@pytest.fixture(scope='module')
+def cloth() -> Cloth:
+    """A small cloth that can be given every command."""
+    return Cloth(
+        Scene(
+            sheet={'rows': SHAPE[0], 'columns': SHAPE[1]},
+            sphere={'radius': 0.1, 'position': [0.0, 0.0, 2.0]},
+            pins=['0,0'],
+        )
+    )
+
+
+def state(cloth: Cloth) -> tuple:
+    """Return everything that a refused command must leave as it is, to the bit."""
+    arrays = (cloth.positions.tobytes(), cloth.velocities.tobytes())
+    return (*arrays, cloth.inputs, cloth.sphere_position, cloth.time, cloth.scene)
+
+
+def give(cloth: Cloth, command: str, value: object) -> str | None:
+    """Give a command; return the refusal, or check the cloth after a tick and reset it."""
+    before = state(cloth)
+    is_method = command in ('advance', 'move_sphere')
+    refused = refusal(
+        lambda: getattr(cloth, command)(value) if is_method else setattr(cloth, command, value)
+    )
+    if refused:
+        assert state(cloth) == before
+    else:
+        cloth.advance(1 / 60)
+        assert np.isfinite(cloth.positions).all()
+        assert np.isfinite(cloth.velocities).all()
+        cloth.reset()
+    return refused
+
+
+COMMANDS = [
+    *(('advance', value) for value in (None, '0.1', 10**400, [0.1], np.array([0.1]))),
+    *(('wind', value) for value in (['1', '2', '3'], [1j, 0, 0], np.zeros(3, complex))),
+    *(('wind', value) for value in (np.full(3, '1e4000', np.longdouble), [10**5000, 0, 0])),
+    *(('move_sphere', value) for value in (None, {0: 1})),
+    *(('positions', value) for value in (None, [[1.0], [1.0, 2.0]], np.full(SHAPE, 'x'))),
+    ('positions', np.zeros(SHAPE, complex)),
+    ('positions', np.full(SHAPE, '1e4000', np.longdouble)),
+    *(('velocities', value) for value in (np.full(SHAPE, None), [np.ma.masked])),
+]
+
+
+def test_commands_known_to_be_invalid(cloth):
+    """Commands to a cloth that were accepted or failed otherwise once: a clear error."""
+    for command, value in COMMANDS:
+        assert give(cloth, command, value), (command, value)
+
+
+def fields() -> st.SearchStrategy:
+    """Return a strategy of values for positions and velocities."""
+    kinds = [
+        float,
+        np.float32,
+        np.float16,
+        np.longdouble,
+        int,
+        bool,
+        complex,
+        object,
+        'U9',
+        'M8[s]',
+    ]
+
+    def filled(kind: object, value: object, place: int) -> np.ndarray:
+        field = np.zeros(SHAPE, kind)
+        with warnings.catch_warnings(), contextlib.suppress(Exception):
+            warnings.simplefilter('ignore')  # not every value fits every kind
+            field.reshape(-1)[place] = value
+        return field
+
+    arrays = st.builds(filled, st.sampled_from(kinds), numbers(), st.integers(0, 89))
+    return arrays | arrays.map(np.ndarray.tolist) | anything()
+
+
+def is_long(value: object) -> bool:
+    return isinstance(value, (int, float)) and 0.05 < value <= 1e6
+
+
+SECONDS = st.floats(0, 0.05) | st.sampled_from([-1e-9, 1e6 + 1, -0.0, 5e-324])
+
+
+@times(0.75)
+@given(
+    command=st.one_of(
+        st.tuples(st.just('advance'), SECONDS | anything().filter(lambda x: not is_long(x))),
+        st.tuples(st.sampled_from(['wind', 'move_sphere']), vectors() | anything()),
+        st.tuples(st.sampled_from(['positions', 'velocities']), fields()),
+    )
+)
+def test_commands(command, cloth, outcomes):
+    """Commands to a cloth: a clear error and the cloth as before, or a finite state."""
+    outcomes['refused' if give(cloth, *command) else 'valid'] += 1
