@@ -9,7 +9,6 @@ import pytest
 from ros import NODE, diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
-pytestmark = pytest.mark.slow
 GUST = (*NODE, '--ros-args', '--params-file', 'config/gust.yaml')
 
 
@@ -18,6 +17,7 @@ def empty_cache(tmp_path, monkeypatch):
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
 
 
+@pytest.mark.slow
 def test_the_cloth_is_published_at_once_and_moves_when_its_kernels_are_compiled(start, probe):
     node = start(*GUST)
     particles = probe.collect(PointCloud2, '/cloth/particles')
@@ -33,6 +33,7 @@ def test_the_cloth_is_published_at_once_and_moves_when_its_kernels_are_compiled(
     probe.spin_until(lambda: 'kernels' not in diagnosis(probe)['message'])
 
 
+@pytest.mark.slow
 def test_kernels_of_contact_are_waited_for_where_the_sphere_touches_the_sheet(start, probe):
     """There is no initial state without them: the sphere shrinks to the room that it has."""
     sphere = ('-p', 'sphere.radius:=0.3', '-p', 'sphere.position:=[0.0, 0.0, 1.0]')
@@ -42,6 +43,7 @@ def test_kernels_of_contact_are_waited_for_where_the_sphere_touches_the_sheet(st
     assert 0 < float(diagnosis(probe)['sphere radius [m]']) <= 0.3
 
 
+@pytest.mark.slow
 def test_the_cloth_continues_while_kernels_of_a_change_are_compiled(start_cloth, probe):
     node = start_cloth(wind__air_density=0.0)
     particles = probe.collect(PointCloud2, '/cloth/particles')
