@@ -12,13 +12,13 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from cloth_ros.tradeoff.reference import horizon, reference_setting, time_together
 
 from cloth_ros import Scene
 from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.tradeoff import cache, plot, recommendation, report
 from cloth_ros.tradeoff.cache import Cache
 from cloth_ros.tradeoff.main import main
-from cloth_ros.tradeoff.reference import horizon, reference_setting, time_together
 from cloth_ros.tradeoff.run import Scenario, simulate
 from cloth_ros.tradeoff.schedule import Options, Schedule
 from cloth_ros.tradeoff.settings import FixedStepCloth, least_substeps, make_cloth, plan

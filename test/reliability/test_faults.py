@@ -235,7 +235,7 @@ def test_a_reliable_subscriber(large_node, fault, long, measured):
     """
     node, held_up, pauses, intervals = large_node, 0, [], []
     for _ in range(10 if long else 1):
-        with node.beside(*PEER, 'subscribe', until='subscribed') as peer:
+        with node.beside(*PEER, 'subscribe', until='begin') as peer:
             node.recover()
             with node.interval() as interval:
                 peer.process.send_signal(fault)

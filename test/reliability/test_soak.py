@@ -13,10 +13,9 @@ from ros import pose, wind
 from visualization_msgs.msg import MarkerArray
 
 # A curtain in gusts; wind and a sphere that swings through its lower edge are commanded.
-SIZE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
 SCENE = ('--params-file', 'config/gust.yaml')
-COMMANDS = 50.0  # Hz
-SWING, BREEZE = 8.0, 3.0  # s, periods of sphere and wind
+SIZE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
+COMMANDS, SWING, BREEZE = 50.0, 8.0, 3.0  # Hz, and s, periods of sphere and wind
 WARM_UP = 300.0  # s: caches fill, the error estimate finds its window
 ESTIMATE = 'error estimate, over the last [s]'
 
@@ -46,7 +45,7 @@ def fill_queues(node) -> None:
     They keep their memory for the next messages.  A busy machine fills them now and then, each
     time by some more, which would look like a leak for hours and ends with their depth.
     """
-    with node.beside(*PEER, 'subscribe', until='subscribed') as peer:
+    with node.beside(*PEER, 'subscribe', until='begin') as peer:
         for number in (signal.SIGSTOP, signal.SIGCONT):
             node.listener.spin_for(2.0)
             peer.process.send_signal(number)
