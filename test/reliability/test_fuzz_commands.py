@@ -3,58 +3,36 @@
 import contextlib
 import io
 import os
-import random
 import subprocess
 import sys
+from itertools import chain
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reliability.invalid_values import times
-from reliability.scene_files import HEAD, SCENES, bad_files
+from reliability.invalid_values import NAMES, times
+from reliability.scene_files import HEAD, SCENES, TOKENS, bad_files
 from ros import NODE, ROOT, Process, environment
 
 from cloth_ros.tradeoff.main import main as tradeoff
 
-P, QOS = '--ros-args -p', 'qos_overrides./cloth/particles.publisher'
+SET, QOS = '--ros-args -p', 'qos_overrides./cloth/particles.publisher'
 # Each of these was accepted, or failed in another way, once.
 INVALID = f"""
     --help
     config/gust.yaml
     --ros-args --foo
-    {P} pins:=[]
-    {P} pins:={'[' * 2000}
-    {P} {QOS}.depth:=junk
-    {P} {QOS}.depth:={2**63 - 1}
-    {P} {QOS}.depth:=1e3
-    {P} {QOS}.reliability:=1
-    {P} {QOS}.history:=keep_all
-    {P} qos_overrides./wind.subscription.history:=KEEP_ALL
-    {P} sheet.rows:=1024 -p sheet.columns:=1024 -p markers.springs:=true -p \
+    {SET} pins:=[]
+    {SET} pins:={'[' * 2000}
+    {SET} {QOS}.depth:=junk
+    {SET} {QOS}.depth:={2**63 - 1}
+    {SET} {QOS}.depth:=1e3
+    {SET} {QOS}.reliability:=1
+    {SET} {QOS}.history:=keep_all
+    {SET} qos_overrides./wind.subscription.history:=KEEP_ALL
+    {SET} sheet.rows:=1024 -p sheet.columns:=1024 -p markers.springs:=true -p \
 qos_overrides./cloth/markers.publisher.depth:=1000
 """.strip().splitlines()
-VALUES = f"""
-    rate fast .nan 0 1e400 true [60.0] [1 *a "60" !!python/object:os.system
-    sheet.rows 0 1025 2.5 {'9' * 30} -1 {{}}
-    gravity [1,2] [a,b,c] [[1]] {{a:1}} [.nan,0.0,0.0]
-    pins [0] ["99,0"] "0,0" {' '.join(f'["{"9" * n},0"]' for n in (30, 300, 5000))}
-    frame_id {'x' * 100_000} 3 "\\n" [a] \udcff
-    {QOS}.depth -1 2000000000 {'9' * 18}
-    {QOS}.reliability junk "" [a]
-    {QOS}.history junk true
-    solver.substeps 3
-    wind.gust.speed [5.0,1.0]
-""".strip().splitlines()
-OPTIONS = """
-    -p rate|-p rate:=|-p :=3|-p =|-r __ns:=//|-r __node:=|-r :=|foo|-p|-r|--params-file|-e a|
-    --log-level junk|--log-level a:=b:=c|--log-level|--log-config-file none|
-    --params-file none.yaml|--params-file /tmp|--params-file /dev/zero
-"""
-ARGUMENTS = [
-    *(f'{P} {name}:={value}' for name, *values in map(str.split, VALUES) for value in values),
-    *(f'--ros-args {option}' for option in OPTIONS.split('|')),
-    *('-h', '--foo', '--', '\udcff', '--quick'),
-]
 
 
 def check_refusal(status: int, output: str, command: str) -> None:
@@ -68,72 +46,92 @@ def check_refusal(status: int, output: str, command: str) -> None:
     assert len(own[0]) <= 1500  # what rcl quotes included
 
 
-def start_all(domain: int, lines: list[str], outcomes) -> None:
-    """Start the node with command lines, some at a time; each is refused, or runs and ends."""
-    at_once = os.cpu_count() or 1
-    for first in range(0, len(lines), at_once):
-        group = [
-            Process([*NODE, *line.split()], environment(domain))
-            for line in lines[first : first + at_once]
-        ]
-        try:
-            for process in group:
-                try:
-                    process.wait_for_output('publishing')
-                except AssertionError:  # it has ended
-                    check_refusal(process.stop(0), process.output, 'cloth_node')
-                    outcomes['refused'] += 1
-                else:
-                    assert process.stop() == 0, process.output
-                    outcomes['ran'] += 1
-        finally:
-            for process in group:
-                process.end()
+def start_nodes(domain: int, *lines: list[str]) -> int:
+    """Start nodes with command lines, which are refused or run; return how many are refused."""
+    nodes, refused = [Process([*NODE, *line], environment(domain)) for line in lines], 0
+    try:
+        for node in nodes:
+            try:
+                node.wait_for_output('publishing')
+            except AssertionError:  # it has ended
+                check_refusal(node.stop(0), node.output, 'cloth_node')
+                refused += 1
+            assert node.stop() == (2 if 'publishing' not in node.output else 0), node.output
+    finally:
+        for node in nodes:
+            node.end()
+    return refused
 
 
 def test_command_lines_of_the_node_known_to_be_invalid(domain, outcomes):
     """Command lines of cloth_node that ran or failed otherwise once: exit code 2 and one line."""
-    start_all(domain, INVALID, outcomes)
+    at_once = os.cpu_count() or 1
+    for n in range(0, len(INVALID), at_once):
+        outcomes['refused'] += start_nodes(domain, *map(str.split, INVALID[n : n + at_once]))
     assert outcomes['refused'] == len(INVALID)
 
 
+WORDS = [token.decode('utf-8', 'surrogateescape') for token in TOKENS if b'\0' not in token]
+WORDS += [
+    '',
+    'junk',
+    '[1,2]',
+    '[a,b,c]',
+    '[[1]]',
+    '0',
+    '-1',
+    '2.5',
+    '1e400',
+    'x' * 100_000,
+    '/tmp',
+]
+FLAGS = ['-p', '-r', '-e', '--params-file', '--log-level', '--log-config-file', '--foo']
+SETTABLE = [*NAMES, '__node', '__ns', 'wind', '', *(f'{QOS}.{x}' for x in ('depth', 'history'))]
+
+
 @pytest.mark.long
-def test_command_lines_of_the_node(domain, tmp_path, outcomes):
+@times(0.04)
+@given(
+    words=st.tuples(st.sampled_from(WORDS))
+    | st.tuples(st.just('--ros-args'), st.sampled_from(FLAGS), st.sampled_from(WORDS))
+    | st.tuples(st.sampled_from(SETTABLE), st.sampled_from(WORDS)).map(
+        lambda rule: ('--ros-args', '-p', ':='.join(rule))
+    ),
+    content=st.none() | st.sampled_from(bad_files()),
+)
+def test_command_lines_of_the_node(domain, tmp_path, words, content, outcomes):
     """Command lines and damaged files for cloth_node: exit code 2 and one line, or it runs."""
-    lines = list(ARGUMENTS)
-    for n, content in enumerate(random.Random(0).sample(bad_files(), 20)):
-        path = tmp_path / f'{n}.yaml'
-        path.write_bytes(content)
-        lines.append(f'--ros-args --params-file {path}')
-    start_all(domain, lines, outcomes)
+    if content is not None:
+        (tmp_path / 'scene.yaml').write_bytes(content)
+        words = ('--ros-args', '--params-file', str(tmp_path / 'scene.yaml'))
+    outcomes['refused' if start_nodes(domain, list(words)) else 'ran'] += 1
 
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
     """A folder with scenes, most of which the study cannot take."""
     folder = tmp_path_factory.mktemp('study')
-    for name, content in (
-        ('good', SCENES[0]),
-        ('bad', HEAD + b'    rate: -1\n'),
-        ('full', HEAD + b'    pins: [":,:"]\n'),
-        ('soft', HEAD + b'    springs: {structural: 0, shear: 0, bending: 0}\n'),
-    ):
-        (folder / f'{name}.yaml').write_bytes(content)
+    (folder / 'good.yaml').write_bytes(SCENES[0])
+    (folder / 'bad.yaml').write_bytes(HEAD + b'    rate: -1\n')
+    (folder / 'full.yaml').write_bytes(HEAD + b'    pins: [":,:"]\n')
+    no_springs = b'    springs: {structural: 0, shear: 0, bending: 0}\n'
+    (folder / 'soft.yaml').write_bytes(HEAD + no_springs)
     return folder
+
+
+VALID = [
+    ['--quick'],
+    ['--fresh'],
+    ['--seconds', '0.5'],
+    ['--over', '0.2'],
+    ['--out', 'FOLDER/out'],
+]
 
 
 @st.composite
 def study_arguments(draw: st.DrawFn) -> list[str]:
     """Draw valid options, and after them one thing that makes the study refuse to begin."""
-    options = (
-        '--quick',
-        '--fresh',
-        '--seconds 0.5',
-        '--over 0.2',
-        '--sphere 0 0 1',
-        '--out FOLDER/o',
-    )
-    chosen = ' '.join(draw(st.lists(st.sampled_from(options), unique=True, max_size=3))).split()
+    options = draw(st.lists(st.sampled_from(VALID), unique_by=str, max_size=3))
     word, good = draw(st.text('abcdefgh', min_size=4, max_size=4)), 'FOLDER/good.yaml'
     number = draw(
         st.sampled_from(['', 'nan', 'inf', '-inf', '0', '1e400', '1e-999', '\udcff', '--', word])
@@ -148,10 +146,10 @@ def study_arguments(draw: st.DrawFn) -> list[str]:
         [good, '--sphere', word, '0', number],
         *([good, '--out', out] for out in (good, f'/proc/{word}', '\0', '/dev/null/x')),
     )
-    return [*chosen, *draw(st.sampled_from(wrong))]
+    return [*chain(*options), *draw(st.sampled_from(wrong))]
 
 
-@times(0.4)
+@times(0.8)
 @given(arguments=study_arguments())
 def test_command_lines_of_the_study(arguments, folder, outcomes):
     """Command lines of cloth_tradeoff that it cannot take: exit code 2 and one line."""

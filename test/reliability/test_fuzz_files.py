@@ -24,7 +24,7 @@ def read(path, content: bytes) -> str | None:
     return refusal(lambda: Scene.from_yaml(path))
 
 
-@times(3)
+@times(6)
 @given(content=damaged_files())
 def test_damaged_files(path, content, outcomes):
     """Scene files with parts removed, replaced or repeated: a clear error, or a valid scene."""

@@ -124,7 +124,7 @@ def damaged(draw: st.DrawFn) -> tuple[str, bytes, bool]:
     return topic, text, valid
 
 
-@times(0.02)
+@times(0.04)
 @given(batch=st.lists(messages(), min_size=40, max_size=80))
 def test_messages(node, batch, outcomes):
     """Messages on wind and sphere_pose: each is accepted, or refused and counted."""
@@ -137,7 +137,7 @@ def test_messages(node, batch, outcomes):
     assert rejected(node) == expected
 
 
-@times(0.015)
+@times(0.03)
 @given(batch=st.lists(damaged(), min_size=40, max_size=80))
 def test_damaged_messages(node, batch, outcomes):
     """Bytes that are no message, or a damaged one: dropped by DDS, accepted, or counted."""
@@ -163,7 +163,7 @@ def clock(node):
     node.recover()
 
 
-@times(0.01)
+@times(0.02)
 @given(batch=st.lists(TIMES, min_size=60, max_size=90))
 def test_clock_messages(node, clock, batch, outcomes):
     """Messages on /clock: followed, replaced by a newer one, or refused and counted."""
@@ -230,7 +230,7 @@ def double(name: str, value: float) -> Parameter:
 STRANGE = Parameter(name='rate', value=ParameterValue(type=99))  # rclpy's own service ends by it
 
 
-@times(0.2)
+@times(0.4)
 @given(batch=st.lists(parameters(), min_size=1, max_size=5), atomically=st.booleans())
 @example(batch=[STRANGE, double('drag', 2.0)], atomically=False)
 @example(batch=[double('drag', 2.0), STRANGE], atomically=True)
@@ -275,7 +275,7 @@ def test_refused_requests_are_counted_and_the_node_can_be_restored(node):
     node.recover()
 
 
-@times(0.5)
+@times(1)
 @given(names=st.lists(st.sampled_from([*NAMES, *OTHERS, *TEXTS]), max_size=4), n=st.integers(0, 6))
 def test_requests_to_read_parameters(node, names, n, outcomes):
     """Requests to read parameters, most of which do not exist: answered."""

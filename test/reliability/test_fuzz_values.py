@@ -24,25 +24,10 @@ from reliability.invalid_values import (
 from cloth_ros import Cloth, Scene
 
 
-def nested(entries: dict) -> dict:
-    """Return parameters by dotted names as nested mappings."""
-    result: dict = {}
-    for name, value in entries.items():
-        into = result
-        *groups, last = name.split('.') if isinstance(name, str) else [name]
-        for group in groups:
-            inner = into.setdefault(group, {})
-            into = inner if isinstance(inner, dict) else {}
-        into[last] = value
-    return result
-
-
 def make_scene(way: str, changes: object) -> str | None:
     """Make a scene in one of several ways; return the refusal, or check the scene."""
     base, made = Scene(), []
     make = base.with_parameters if way == 'with_parameters' else Scene.from_parameters
-    if way == 'nested' and isinstance(changes, dict):
-        changes = nested(changes)
     refused = refusal(lambda: made.append(make(changes)))
     for scene in made:
         flat = scene.flat()
@@ -63,16 +48,19 @@ INVALID = [
 ]
 
 
-@pytest.mark.parametrize('way', ['with_parameters', 'from_parameters'])
+WAYS = ('with_parameters', 'from_parameters')
+
+
+@pytest.mark.parametrize('way', WAYS)
 def test_parameters_known_to_be_invalid(way):
     """Parameters that were accepted or failed otherwise once: a clear error."""
     for changes in INVALID:
         assert make_scene(way, changes), changes
 
 
-@times(4)
+@times(8)
 @given(
-    way=st.sampled_from(['with_parameters', 'from_parameters', 'nested']),
+    way=st.sampled_from(WAYS),
     changes=mostly(st.lists(entries(), min_size=1, max_size=3).map(dict), anything()),
 )
 def test_parameters(way, changes, outcomes):
@@ -92,13 +80,8 @@ SHAPE = (5, 6, 3)
 @pytest.fixture(scope='module')
 def cloth() -> Cloth:
     """A small cloth that can be given every command."""
-    return Cloth(
-        Scene(
-            sheet={'rows': SHAPE[0], 'columns': SHAPE[1]},
-            sphere={'radius': 0.1, 'position': [0.0, 0.0, 2.0]},
-            pins=['0,0'],
-        )
-    )
+    sphere = {'radius': 0.1, 'position': [0.0, 0.0, 2.0]}
+    return Cloth(Scene(sheet={'rows': 5, 'columns': 6}, sphere=sphere, pins=['0,0']))
 
 
 def state(cloth: Cloth) -> tuple:
@@ -110,10 +93,10 @@ def state(cloth: Cloth) -> tuple:
 def give(cloth: Cloth, command: str, value: object) -> str | None:
     """Give a command; return the refusal, or check the cloth after a tick and reset it."""
     before = state(cloth)
-    is_method = command in ('advance', 'move_sphere')
-    refused = refusal(
-        lambda: getattr(cloth, command)(value) if is_method else setattr(cloth, command, value)
-    )
+    if command in ('advance', 'move_sphere'):
+        refused = refusal(lambda: getattr(cloth, command)(value))
+    else:
+        refused = refusal(lambda: setattr(cloth, command, value))
     if refused:
         assert state(cloth) == before
     else:
@@ -143,18 +126,7 @@ def test_commands_known_to_be_invalid(cloth, command):
 
 def fields() -> st.SearchStrategy:
     """Return a strategy of values for positions and velocities."""
-    kinds = [
-        float,
-        np.float32,
-        np.float16,
-        np.longdouble,
-        int,
-        bool,
-        complex,
-        object,
-        'U9',
-        'M8[s]',
-    ]
+    kinds = ['f8', 'f4', 'f2', np.longdouble, int, bool, complex, object, 'U9', 'M8[s]']
 
     def filled(kind: object, value: object, place: int) -> np.ndarray:
         field = np.zeros(SHAPE, kind)
@@ -167,17 +139,14 @@ def fields() -> st.SearchStrategy:
     return arrays | arrays.map(np.ndarray.tolist) | anything()
 
 
-def is_long(value: object) -> bool:
-    return isinstance(value, (int, float)) and 0.05 < value <= 1e6
-
-
 SECONDS = st.floats(0, 0.05) | st.sampled_from([-1e-9, 1e6 + 1, -0.0, 5e-324])
+SECONDS |= anything().filter(lambda x: not (isinstance(x, (int, float)) and 0.05 < x <= 1e6))
 
 
-@times(0.75)
+@times(1.5)
 @given(
     command=st.one_of(
-        st.tuples(st.just('advance'), SECONDS | anything().filter(lambda x: not is_long(x))),
+        st.tuples(st.just('advance'), SECONDS),
         st.tuples(st.sampled_from(['wind', 'move_sphere']), vectors() | anything()),
         st.tuples(st.sampled_from(['positions', 'velocities']), fields()),
     )

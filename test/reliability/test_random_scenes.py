@@ -104,6 +104,7 @@ def test_random_scenes(long, measured):
     """
     totals, patience = Counter(), 1.5 if long else 0.3
 
+    @times(2)
     @given(runs(varied=long))
     def check(run: Run) -> None:
         check_run(run, totals, patience)
@@ -153,7 +154,7 @@ def test_explicit_steps_explode_in_random_scenes(steps_per_tick, measured):
     """The same with 400 plain explicit steps, for comparison: a third or more is not finite."""
     results = []
 
-    @times(0.1)
+    @times(0.2)
     @given(runs(varied=True))
     def compare(run: Run) -> None:
         results.append(explodes(run, steps_per_tick))
