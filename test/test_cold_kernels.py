@@ -7,7 +7,8 @@ import time
 from pathlib import Path
 
 import pytest
-from ros import NODE, diagnosis, numbers, regular, set_parameters, stamp
+from reliability.live import NODE
+from ros_messages import diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 

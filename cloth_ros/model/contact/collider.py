@@ -19,6 +19,8 @@ class Collider(Protocol):
     ----------
     name
         Unique in the scene.
+    shape
+        'sphere', 'box' or 'cylinder'.
     initial_position
         Position parameter of the scene, m.
     max_penetration
@@ -28,12 +30,18 @@ class Collider(Protocol):
     """
 
     name: str
+    shape: str
     initial_position: Vector
     max_penetration: float
 
     @property
     def position(self) -> Vector:
         """Position in the world now, m."""
+        ...
+
+    @property
+    def size(self) -> Vector:
+        """Lengths along the axes of the collider now, m."""
         ...
 
     def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:

@@ -175,6 +175,7 @@ class SphereCollider:
     """
 
     name = 'sphere'
+    shape = 'sphere'
 
     def __init__(self, scene: Scene, grid: Grid) -> None:
         sphere = scene.sphere
@@ -197,6 +198,11 @@ class SphereCollider:
         """Centre in the world, m."""
         x, y, z = self._centre.tolist()
         return (x, y, z)
+
+    @property
+    def size(self) -> Vector:
+        """Diameter now, m, along each axis."""
+        return (2 * self.radius, 2 * self.radius, 2 * self.radius)
 
     def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:
         """Return a commanded centre, m, near a sheet at `sheet`, m; raises ValueError."""

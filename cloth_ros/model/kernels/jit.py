@@ -154,7 +154,7 @@ def exact(function: Kernel) -> Kernel:
 
 
 def exact_subroutine(function: Kernel) -> Kernel:
-    """Compile a function with IEEE arithmetic that only kernels call."""
+    """Compile a function with IEEE arithmetic for kernels; a call from Python would crash."""
     return _compiled(function, **_NOT_FROM_PYTHON)
 
 
