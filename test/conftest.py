@@ -10,7 +10,7 @@ from ros import NODE, Probe, Process, environment, free_domain, probing
 
 # Examples of a property; tests that need more or fewer take a multiple of it.  Deadlines would
 # depend on the machine.
-for profile, count in (('short', 100), ('medium', 250), ('long', 5000)):
+for profile, count in (('short', 200), ('medium', 500), ('long', 10_000)):
     settings.register_profile(
         profile,
         max_examples=count,

@@ -33,16 +33,10 @@ def conditions(record_testsuite_property: Callable[[str, str], None]) -> None:
     machine = describe()
     names = ('processor', 'vector instructions', 'cores', 'python')
     record_testsuite_property('machine', ', '.join(f'{name} {machine[name]}' for name in names))
-    pages = ('--', '.', ':!docs', ':!README.md')  # which results are written to
-    changed = '+' if _git('status', '--porcelain', *pages) else ''
-    record_testsuite_property('commit', _git('rev-parse', '--short', 'HEAD') + changed)
-
-
-def _git(*arguments: str) -> str:
-    if not shutil.which('git'):
-        return ''
-    command = ['git', '-C', str(ROOT), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+    describe_commit = ['git', '-C', ROOT, 'describe', '--always', '--dirty=+', '--exclude=*']
+    if shutil.which('git'):
+        done = subprocess.run(describe_commit, capture_output=True, text=True, check=False)
+        record_testsuite_property('commit', done.stdout.strip() or 'unknown')
 
 
 @pytest.fixture(scope='session')

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from functools import reduce
 
 import numpy as np
-from hypothesis import settings
 from hypothesis import strategies as st
 
 from cloth_ros import Scene
@@ -23,22 +22,13 @@ NAMES = sorted(PARAMETERS)
 GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'solver', 'markers']
 
 
-def times(share: float) -> settings:
-    """Return settings for so many times the examples of the profile."""
-    return settings(max_examples=max(round(share * settings.default.max_examples), 1))
-
-
 def is_clear(message: str) -> bool:
     """Return True for an error of one printable line that ends in a remedy after a semicolon."""
     return message.isprintable() and '; ' in message and len(message) <= 1000
 
 
 def refusal(call: Callable[[], object]) -> str | None:
-    """
-    Return the message of the ValueError that a call raises, or None if it raises nothing.
-
-    Anything else is an error: other exceptions, subclasses too, unclear messages, and warnings.
-    """
+    """Return the message of the ValueError (no subclass, no warning) that a call raises, or None."""
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:

@@ -105,6 +105,12 @@ def children(process: Process) -> list[Path]:
     return [Path('/proc', pid) for each in lists for pid in each.read_text().split()]
 
 
+def times_of(cache: Path | None) -> dict[Path, int]:
+    """Return when each kernel in a cache was written."""
+    kernels = () if cache is None else cache.rglob('*.nbc')
+    return {path: path.stat().st_mtime_ns for path in kernels}
+
+
 def wait_until(condition: Callable[[], object]) -> None:
     end = time.monotonic() + PATIENCE
     while not condition():
@@ -163,14 +169,8 @@ def test_signals_at_random_moments(moment, number, domain, tmp_path, long, measu
         assert early or quiet, output
         ends[f'with exit code {code}'] += 1
         if number == signal.SIGKILL:
-            cached = {} if cache is None else times_of(cache)
-            next_node = start(domain, cache, *calm)
-            assert next_node.stop() == 0
-            assert cached.items() <= ({} if cache is None else times_of(cache)).items()
+            cached = times_of(cache)
+            assert start(domain, cache, *calm).stop() == 0
+            assert cached.items() <= times_of(cache).items()
     text = ', '.join(f'{count} {end}' for end, count in ends.items())
     measured(f'{text}; the longest took {longest:.2f} s')
-
-
-def times_of(cache: Path) -> dict[Path, int]:
-    """Return when each kernel in a cache was written."""
-    return {path: path.stat().st_mtime_ns for path in cache.rglob('*.nbc')}

@@ -141,15 +141,7 @@ def test_second_node_of_the_same_name(node, measured):
 
 
 class SimulatedClock:
-    """
-    Publishes /clock at 200 Hz, in steps of the same length: it stops where this process does.
-
-    Attributes
-    ----------
-    now, stopped
-        Time that it shows, s, and whether it publishes nothing.
-
-    """
+    """Publishes /clock at 200 Hz, in equal steps: it stops where this process does."""
 
     def __init__(self, listener) -> None:
         self.now, self.stopped = 5000.0, False

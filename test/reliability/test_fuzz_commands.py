@@ -8,9 +8,10 @@ import sys
 from itertools import chain
 
 import pytest
+from builders import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from reliability.invalid_values import NAMES, times
+from reliability.invalid_values import NAMES
 from reliability.scene_files import HEAD, SCENES, TOKENS, bad_files
 from ros import NODE, ROOT, Process, environment
 
@@ -90,7 +91,7 @@ SETTABLE = [*NAMES, '__node', '__ns', 'wind', '', *(f'{QOS}.{x}' for x in ('dept
 
 
 @pytest.mark.long
-@times(0.04)
+@examples(0.02)
 @given(
     words=st.tuples(st.sampled_from(WORDS))
     | st.tuples(st.just('--ros-args'), st.sampled_from(FLAGS), st.sampled_from(WORDS))
@@ -149,7 +150,7 @@ def study_arguments(draw: st.DrawFn) -> list[str]:
     return [*chain(*options), *draw(st.sampled_from(wrong))]
 
 
-@times(0.8)
+@examples(0.4)
 @given(arguments=study_arguments())
 def test_command_lines_of_the_study(arguments, folder, outcomes):
     """Command lines of cloth_tradeoff that it cannot take: exit code 2 and one line."""

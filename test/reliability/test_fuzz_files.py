@@ -4,8 +4,9 @@ import os
 
 import pytest
 import yaml
+from builders import examples
 from hypothesis import given
-from reliability.invalid_values import refusal, times
+from reliability.invalid_values import refusal
 from reliability.scene_files import HEAD, bad_files, bomb, damaged_files
 from ros import NODE
 
@@ -24,7 +25,7 @@ def read(path, content: bytes) -> str | None:
     return refusal(lambda: Scene.from_yaml(path))
 
 
-@times(6)
+@examples(3)
 @given(content=damaged_files())
 def test_damaged_files(path, content, outcomes):
     """Scene files with parts removed, replaced or repeated: a clear error, or a valid scene."""

@@ -4,11 +4,12 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from builders import examples
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from hypothesis import example, given
 from hypothesis import strategies as st
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterValue
 from rcl_interfaces.srv import (
     DescribeParameters,
     GetParameters,
@@ -17,9 +18,8 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
-from rclpy.parameter import Parameter as RclpyParameter
 from rclpy.serialization import deserialize_message, serialize_message
-from reliability.invalid_values import DEFAULTS, NAMES, is_clear, mostly, times
+from reliability.invalid_values import DEFAULTS, NAMES, is_clear, mostly
 from reliability.live_node import live_node
 from ros import parameter_request, set_parameters
 from rosgraph_msgs.msg import Clock
@@ -48,7 +48,6 @@ def node(long):
 
 @pytest.fixture(autouse=True)
 def checked(node):
-    """Check the node after each test."""
     yield
     node.check()
 
@@ -124,7 +123,7 @@ def damaged(draw: st.DrawFn) -> tuple[str, bytes, bool]:
     return topic, text, valid
 
 
-@times(0.04)
+@examples(0.02)
 @given(batch=st.lists(messages(), min_size=40, max_size=80))
 def test_messages(node, batch, outcomes):
     """Messages on wind and sphere_pose: each is accepted, or refused and counted."""
@@ -137,7 +136,7 @@ def test_messages(node, batch, outcomes):
     assert rejected(node) == expected
 
 
-@times(0.03)
+@examples(0.015)
 @given(batch=st.lists(damaged(), min_size=40, max_size=80))
 def test_damaged_messages(node, batch, outcomes):
     """Bytes that are no message, or a damaged one: dropped by DDS, accepted, or counted."""
@@ -163,7 +162,7 @@ def clock(node):
     node.recover()
 
 
-@times(0.02)
+@examples(0.01)
 @given(batch=st.lists(TIMES, min_size=60, max_size=90))
 def test_clock_messages(node, clock, batch, outcomes):
     """Messages on /clock: followed, replaced by a newer one, or refused and counted."""
@@ -196,6 +195,10 @@ ELEMENTS = {
     'string': TEXTS,
     'byte': [b'\0', b'\xff', b'a'],
 }
+SCALARS = ['bool', 'integer', 'double', 'string']
+# By number of their type; 0 and some others have none.
+FIELDS = dict(enumerate([*SCALARS, *(f'{name}_array' for name in ('byte', *SCALARS))], 1))
+OWN = {True: {bool: 1, int: 2, float: 3, str: 4}, False: {float: 8, str: 9}}
 
 
 @st.composite
@@ -205,16 +208,15 @@ def parameters(draw: st.DrawFn) -> Parameter:
     kind = draw(st.sampled_from([*range(11), 99, 255]))
     if name in DEFAULTS and draw(st.integers(0, 9)) < 7:
         default = DEFAULTS[name]
-        own = RclpyParameter('', value=list(default) if isinstance(default, tuple) else default)
-        kind = int(own.type_.value)
-    value = ParameterValue(type=kind)
-    for field, elements in ELEMENTS.items():
-        element = st.sampled_from(elements)
-        if kind == getattr(ParameterType, f'PARAMETER_{field.upper()}', None):
-            setattr(value, f'{field}_value', draw(element))
-        if kind == getattr(ParameterType, f'PARAMETER_{field.upper()}_ARRAY', None):
-            array = draw(st.lists(element, min_size=3, max_size=3) | st.lists(element))
-            setattr(value, f'{field}_array_value', array * draw(st.sampled_from([1, 1, 1, 100])))
+        array = isinstance(default, tuple)
+        kind = OWN[not array][type(default[0] if array else default)]
+    value, field = ParameterValue(type=kind), FIELDS.get(kind, '')
+    element = st.sampled_from(ELEMENTS.get(field.removesuffix('_array'), TEXTS))
+    if field.endswith('_array'):
+        array = draw(st.lists(element, min_size=3, max_size=3) | st.lists(element))
+        setattr(value, f'{field}_value', array * draw(st.sampled_from([1, 1, 1, 100])))
+    elif field:
+        setattr(value, f'{field}_value', draw(element))
     return Parameter(name=name, value=value)
 
 
@@ -223,17 +225,14 @@ def all_values(node) -> list[ParameterValue]:
     return node.listener.call(GetParameters, '/cloth/get_parameters', request).values
 
 
-def double(name: str, value: float) -> Parameter:
-    return Parameter(name=name, value=ParameterValue(type=3, double_value=value))
-
-
 STRANGE = Parameter(name='rate', value=ParameterValue(type=99))  # rclpy's own service ends by it
+DRAG = Parameter(name='drag', value=ParameterValue(type=3, double_value=2.0))
 
 
-@times(0.4)
+@examples(0.2)
 @given(batch=st.lists(parameters(), min_size=1, max_size=5), atomically=st.booleans())
-@example(batch=[STRANGE, double('drag', 2.0)], atomically=False)
-@example(batch=[double('drag', 2.0), STRANGE], atomically=True)
+@example(batch=[STRANGE, DRAG], atomically=False)
+@example(batch=[DRAG, STRANGE], atomically=True)
 def test_requests_to_set_parameters(node, batch, atomically, outcomes):
     """Requests to set parameters: set, or refused with a reason, counted, and all as before."""
     before = all_values(node)
@@ -275,18 +274,24 @@ def test_refused_requests_are_counted_and_the_node_can_be_restored(node):
     node.recover()
 
 
-@times(1)
-@given(names=st.lists(st.sampled_from([*NAMES, *OTHERS, *TEXTS]), max_size=4), n=st.integers(0, 6))
-def test_requests_to_read_parameters(node, names, n, outcomes):
+ASKED = {
+    '/cloth/get_parameters': GetParameters,
+    '/cloth/get_parameter_types': GetParameterTypes,
+    '/cloth/describe_parameters': DescribeParameters,
+    '/cloth/list_parameters': ListParameters,
+}
+
+
+@examples(0.5)
+@given(
+    service=st.sampled_from(sorted(ASKED)),
+    names=st.lists(st.sampled_from([*NAMES, *OTHERS, *TEXTS]), max_size=4),
+    depth=st.sampled_from([0, 1, 2**63, 2**64 - 1]),
+)
+def test_requests_to_read_parameters(node, service, names, depth, outcomes):
     """Requests to read parameters, most of which do not exist: answered."""
-    if n < 4:
-        request = ListParameters.Request(prefixes=names, depth=(0, 1, 2**63, 2**64 - 1)[n])
-        node.listener.call(ListParameters, '/cloth/list_parameters', request)
-    else:
-        kind, service = (
-            (GetParameters, 'get_parameters'),
-            (GetParameterTypes, 'get_parameter_types'),
-            (DescribeParameters, 'describe_parameters'),
-        )[n - 4]
-        node.listener.call(kind, f'/cloth/{service}', kind.Request(names=names))
+    kind = ASKED[service]
+    listed = {'prefixes': names, 'depth': depth}
+    request = kind.Request(**(listed if kind is ListParameters else {'names': names}))
+    node.listener.call(kind, service, request)
     outcomes['answered'] += 1

@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
+from builders import examples
 from hypothesis import given
 from hypothesis import strategies as st
 from reliability.invalid_values import (
@@ -17,7 +18,6 @@ from reliability.invalid_values import (
     mostly,
     numbers,
     refusal,
-    times,
     vectors,
 )
 
@@ -58,7 +58,7 @@ def test_parameters_known_to_be_invalid(way):
         assert make_scene(way, changes), changes
 
 
-@times(8)
+@examples(4)
 @given(
     way=st.sampled_from(WAYS),
     changes=mostly(st.lists(entries(), min_size=1, max_size=3).map(dict), anything()),
@@ -143,7 +143,7 @@ SECONDS = st.floats(0, 0.05) | st.sampled_from([-1e-9, 1e6 + 1, -0.0, 5e-324])
 SECONDS |= anything().filter(lambda x: not (isinstance(x, (int, float)) and 0.05 < x <= 1e6))
 
 
-@times(1.5)
+@examples(0.75)
 @given(
     command=st.one_of(
         st.tuples(st.just('advance'), SECONDS),
