@@ -28,7 +28,7 @@ def is_clear(message: str) -> bool:
 
 
 def refusal(call: Callable[[], object]) -> str | None:
-    """Return the message of the ValueError (no subclass, no warning) that a call raises, or None."""
+    """Return the message of the ValueError (no subclass, no warning) of a call, or None."""
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:
