@@ -128,7 +128,7 @@ class FirstStart:
         self.held = reason
 
     def release(self) -> None:
-        """Hold the cloth no longer, unless it must be held anew."""
+        """Stop holding the cloth, until `advance` holds it again."""
         if self.held:
             self._log.info('the cloth is no longer held')
         self.held, self._near = '', False

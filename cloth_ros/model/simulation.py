@@ -62,7 +62,7 @@ class SubstepObserver(Protocol):
 
 class Simulation:
     """
-    State of a scene, and what advances it.
+    State of a scene and its time integration.
 
     Parameters
     ----------
