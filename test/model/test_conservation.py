@@ -24,7 +24,7 @@ every_method = pytest.mark.parametrize('method', INTEGRATORS)
 
 
 @every_method
-@examples(0.2)
+@examples(0.1)
 @given(seeds, precisions)
 def test_momentum_is_conserved_without_external_forces(method, seed, precision):
     dashpots = {**SPRINGS_ONLY, **NEGLIGIBLE_AIR, 'springs__damping': 0.01}
@@ -75,7 +75,7 @@ SYMMETRIES = {
 
 
 @pytest.mark.parametrize('name', SYMMETRIES)
-@examples(0.1)
+@examples(0.05)
 @given(seeds)
 def test_equal_cloths_move_alike(name, seed):
     """With springs, dashpots, air, drag and gravity."""

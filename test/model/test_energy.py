@@ -12,7 +12,7 @@ from cloth_ros.tradeoff.reference_model import spring_forces
 
 
 @pytest.mark.parametrize('name', SPRING_TYPES)
-@examples(0.5)
+@examples(0.25)
 @given(seeds, st.integers(1, 6), st.integers(1, 6))
 def test_its_gradient_is_the_force_of_the_reference_model(name, seed, rows, columns):
     sheet = {'sheet__rows': rows, 'sheet__columns': columns, 'sheet__size': [0.7, 1.3]}

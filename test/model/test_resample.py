@@ -35,7 +35,7 @@ def test_a_stretched_sheet_has_the_same_energy_on_every_grid():
     np.testing.assert_allclose(energies, energies[0], rtol=1e-4)
 
 
-@examples(0.5)
+@examples(0.25)
 @given(
     st.lists(st.tuples(st.integers(0, 8), st.integers(0, 8)), max_size=6, unique=True),
     st.sampled_from([0.5, 2.0, 3.0]),

@@ -46,7 +46,7 @@ def phase_of(cloth: Cloth) -> BroadPhase:
     return cloth.colliders['sphere']._broad_phase
 
 
-@examples(0.3)
+@examples(0.15)
 @given(
     seed=seeds,
     sides=st.tuples(st.integers(3, 12), st.integers(3, 12)) | st.sampled_from([(1, 5), (1, 1)]),

@@ -21,7 +21,7 @@ def closest_point(points, a, b, c):
     return subroutine(points, a, b, c)
 
 
-@examples(3)
+@examples(1.5)
 @given(seeds, st.floats(0.01, 100), st.floats(1e-6, 1))
 @example(0, 1.0, 1e-9)
 def test_no_point_of_the_triangle_is_closer(seed, offset, flatness):

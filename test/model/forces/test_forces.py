@@ -32,7 +32,7 @@ def spring_accelerations(cloth: Cloth) -> np.ndarray:
 
 
 @pytest.mark.parametrize('name', SPRING_TYPES)
-@examples(0.2)
+@examples(0.1)
 @given(seeds, st.integers(1, 7), st.integers(1, 7))
 def test_each_type_of_springs_alone(name, seed, rows, columns):
     sheet = {**OBLONG, 'sheet__rows': rows, 'sheet__columns': columns}
@@ -43,7 +43,7 @@ def test_each_type_of_springs_alone(name, seed, rows, columns):
     np.testing.assert_allclose(spring_accelerations(cloth), expected, rtol=0, atol=limit)
 
 
-@examples(0.5)
+@examples(0.25)
 @given(seeds, st.integers(3, 7), st.integers(3, 7), precisions)
 def test_all_forces_together_in_a_short_kick(seed, rows, columns, precision):
     """Springs, dashpots, gravity, drag and air."""
@@ -60,7 +60,7 @@ def test_all_forces_together_in_a_short_kick(seed, rows, columns, precision):
     np.testing.assert_allclose(found, expected, rtol=0, atol=tolerance * np.abs(expected).max())
 
 
-@examples(0.3)
+@examples(0.15)
 @given(arrays(float, (3, 3, 3), elements=st.sampled_from([0.0, 1.0, 1e-20, 1e-38, -1e-9])))
 def test_spring_forces_are_bounded_where_particles_coincide(positions):
     cloth = cloth_of(**OBLONG, gravity=(0, 0, 0), pins=[''], sheet__rows=3, sheet__columns=3)
@@ -81,7 +81,7 @@ def test_both_ends_of_a_spring_feel_the_same_force():
     assert cloth.energy() < 0.01  # J
 
 
-@examples(0.3)
+@examples(0.15)
 @given(st.floats(0, 1e4), seeds, st.floats(1e-4, 1.0), precisions)
 def test_the_wind_makes_no_particle_faster_than_itself(speed, seed, seconds, precision):
     air_only = {**SPRINGS_ONLY, **only(None), 'wind__air_density': 1.2}

@@ -1,15 +1,16 @@
-"""Kernels that were never compiled on the machine."""
+"""Kernels that were never compiled on the machine, at the start and after a change."""
 
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
-from reliability.live import NODE
-from ros_messages import diagnosis, numbers, regular, set_parameters, stamp
+from ros import NODE, diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
+
+pytestmark = pytest.mark.slow
+GUST = (*NODE, '--ros-args', '--params-file', 'config/gust.yaml')
 
 
 @pytest.fixture(autouse=True)
@@ -17,16 +18,8 @@ def empty_cache(tmp_path, monkeypatch):
     monkeypatch.setenv('NUMBA_CACHE_DIR', str(tmp_path))
 
 
-def children(pid: int) -> list[int]:
-    """Return the processes that a process has started, and that have not ended."""
-    found = subprocess.run(
-        ['ps', '-o', 'pid=', '--ppid', str(pid)], capture_output=True, text=True
-    )
-    return [int(text) for text in found.stdout.split()]
-
-
-def test_the_cloth_is_published_at_once_and_moves_when_its_kernels_are_there(start, probe):
-    node = start(*NODE, '--ros-args', '--params-file', 'config/gust.yaml')
+def test_the_cloth_is_published_at_once_and_moves_when_its_kernels_are_compiled(start, probe):
+    node = start(*GUST)
     particles = probe.collect(PointCloud2, '/cloth/particles')
     probe.spin_until(lambda: particles)
     first = numbers(particles[0])
@@ -37,11 +30,11 @@ def test_the_cloth_is_published_at_once_and_moves_when_its_kernels_are_there(sta
     node.wait_for_output('publishing')
     assert 'a collider may touch it' not in node.output
     probe.spin_until(lambda: 'compiled the kernels of the error estimate (3 of 3)' in node.output)
-    probe.spin_until(lambda: diagnosis(probe)['message'] == 'running in real time')
+    probe.spin_until(lambda: 'kernels' not in diagnosis(probe)['message'])
 
 
-def test_a_sphere_that_touches_the_sheet_at_the_start_is_waited_for(start, probe):
-    """There is no initial state without kernels of contact: the sphere shrinks to its room."""
+def test_kernels_of_contact_are_waited_for_where_the_sphere_touches_the_sheet(start, probe):
+    """There is no initial state without them: the sphere shrinks to the room that it has."""
     sphere = ('-p', 'sphere.radius:=0.3', '-p', 'sphere.position:=[0.0, 0.0, 1.0]')
     node = start(*NODE, '--ros-args', *sphere)
     node.wait_for_output('compiling the kernels of contact')
@@ -64,23 +57,16 @@ def test_the_cloth_continues_while_kernels_of_a_change_are_compiled(start_cloth,
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_processes_that_compile_end_with_the_node(start, number):
-    node = start(*NODE, '--ros-args', '--params-file', 'config/gust.yaml')
+def test_processes_that_compile_end_with_the_node(start, probe, number):
+    node = start(*GUST)
     node.wait_for_output('compiling the kernels of contact')
-    compiling = children(node.process.pid)
+    command = ['ps', '-o', 'pid=', '--ppid', str(node.process.pid)]
+    compiling = subprocess.run(command, capture_output=True, text=True).stdout.split()
     assert len(compiling) == 2
     assert node.stop(number) == (-number if number == signal.SIGKILL else 0)
-    end = time.monotonic() + 5.0
-    while any(Path(f'/proc/{pid}').exists() for pid in compiling):
-        assert time.monotonic() < end
-        time.sleep(0.01)
+    probe.spin_until(lambda: not any(Path(f'/proc/{pid}').exists() for pid in compiling))
 
 
-def test_the_child_process_ends_with_its_input(tmp_path):
-    child = subprocess.Popen(
-        [sys.executable, '-m', 'cloth_ros.live.compile_kernels'],
-        stdin=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
-    child.communicate(b'', timeout=30.0)
-    assert child.returncode != 0
+def test_a_process_that_compiles_ends_with_its_input():
+    command = [sys.executable, '-m', 'cloth_ros.live.compile_kernels']
+    assert subprocess.run(command, input=b'', capture_output=True).returncode != 0
