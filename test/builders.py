@@ -12,6 +12,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
+from cloth_ros.model.forces.springs import SPRING_TYPES
 from cloth_ros.model.integrators.integrator import SubstepBatch
 from cloth_ros.model.state import State
 
@@ -51,6 +52,11 @@ def cloth_of(**parameters: object) -> Cloth:
 def small_cloth(**parameters: object) -> Cloth:
     """Return a cloth of 6 × 7 particles, if the parameters do not set others."""
     return cloth_of(**{'sheet__rows': 6, 'sheet__columns': 7, **parameters})
+
+
+def only(name: str | None) -> dict[str, float]:
+    """Return the stiffness of the springs with one type alone, or with none."""
+    return {f'springs__{other}': 300.0 * (other == name) for other in SPRING_TYPES}
 
 
 def crumple(cloth: Cloth, size: float, seed: int = 0, *, speed: float = 0.0) -> Cloth:

@@ -25,38 +25,41 @@ class Advance(NamedTuple):
 
 
 vectors = st.tuples(*[st.sampled_from([-1.0, 0.0, 0.2, 1.0])] * 3)
-advances = st.builds(
-    Advance,
-    seconds=st.sampled_from([0.0, 1e-4, 0.011, 1 / 60]),
-    wind=st.none() | vectors.map(lambda v: tuple(20 * x for x in v)),
-    waypoints=st.lists(vectors, max_size=2).map(tuple),
-    abandon=st.none() | st.none() | st.integers(1, 3),
+plans = st.lists(
+    st.builds(
+        Advance,
+        seconds=st.sampled_from([0.0, 1e-4, 0.011, 1 / 60]),
+        wind=st.none() | vectors.map(lambda vector: tuple(20 * x for x in vector)),
+        waypoints=st.lists(vectors, max_size=2).map(tuple),
+        abandon=st.sampled_from([None, None, 1, 3]),
+    ),
+    min_size=1,
+    max_size=3,
 )
 
 
-@st.composite
-def scenes(draw: st.DrawFn) -> Scene:
-    """Draw a scene with all forces, near a sphere; all of them share two kernels."""
-    position = draw(st.sampled_from([(0.0, 0.0, 0.0), (1e4, -1e4, 100.0)]))
-    stiffness = draw(st.sampled_from([1.0, 100.0]))
-    return scene_of(
-        rate=100.0,
-        sheet__rows=draw(st.integers(3, 8)),
-        sheet__columns=draw(st.integers(3, 8)),
-        sheet__position=position,
-        pins=draw(st.sampled_from([[''], ['0,0', '0,-1'], ['0,:']])),
-        springs__structural=500 * stiffness,
-        springs__shear=250 * stiffness,
-        springs__bending=50 * stiffness,
-        springs__damping=draw(st.sampled_from([1e-5, 1e-2])),
-        drag=draw(st.sampled_from([0.0, 0.5])),
-        gravity=draw(st.sampled_from([(0.0, 0.0, 0.0), (0.0, 1.0, -9.81)])),
-        wind__gust__period=draw(st.sampled_from([0.0, 0.0123])),
-        wind__gust__duration=0.005,
-        sphere__radius=draw(st.sampled_from([0.0, 0.1, 0.4])),
-        sphere__position=np.add(position, draw(vectors)),
-        solver__precision=draw(precisions),
-    )
+# Parameters of scenes with all forces, beside a sphere; all of them share two kernels.
+PARAMETERS = {
+    'rate': st.just(100.0),
+    'sheet__rows': st.integers(3, 8),
+    'sheet__columns': st.integers(3, 8),
+    'sheet__position': st.sampled_from([(0.0, 0.0, 0.0), (1e4, -1e4, 100.0)]),
+    'pins': st.sampled_from([[''], ['0,0', '0,-1'], ['0,:']]),
+    'springs__structural': st.sampled_from([500.0, 5e4]),
+    'springs__damping': st.sampled_from([1e-5, 1e-2]),
+    'drag': st.sampled_from([0.0, 0.5]),
+    'gravity': st.sampled_from([(0.0, 0.0, 0.0), (0.0, 1.0, -9.81)]),
+    'wind__gust': st.sampled_from([{}, {'period': 0.0123, 'duration': 0.005}]),
+    'sphere__radius': st.sampled_from([0.0, 0.1, 0.4]),
+    'solver__precision': precisions,
+}
+
+
+def beside(parameters: dict, offset: tuple[float, float, float]) -> Scene:
+    return scene_of(**parameters, sphere__position=np.add(parameters['sheet__position'], offset))
+
+
+scenes = st.builds(beside, st.fixed_dictionaries(PARAMETERS), vectors)
 
 
 def bits(value: object) -> object:
@@ -64,9 +67,7 @@ def bits(value: object) -> object:
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
     if dataclasses.is_dataclass(value):
-        return {
-            field.name: bits(getattr(value, field.name)) for field in dataclasses.fields(value)
-        }
+        return [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
     if isinstance(value, Mapping):
         return {key: bits(item) for key, item in value.items()}
     return [bits(item) for item in value] if isinstance(value, (tuple, list)) else repr(value)
@@ -99,8 +100,9 @@ def check_repeatable(cloth: Cloth, history: list[Advance], plan: list[Advance]) 
     before = bits(snapshot)
     expected = play(cloth, plan)
     assert bits(snapshot) == before  # later advances do not change it
-    other = Cloth(cloth.scene)
+    other = Cloth(cloth.scene.with_parameters({'drag': 3.0, 'sphere.radius': 0.2}))
     play(other, [*plan, *history])
+    other.configure(cloth.scene)
     for each in (cloth, other, Cloth(cloth.scene)):
         each.restore(snapshot)
         assert bits(each.snapshot()) == before
@@ -114,18 +116,16 @@ def check_repeatable(cloth: Cloth, history: list[Advance], plan: list[Advance]) 
         assert play(each, plan) == play(Cloth(each.scene), plan)
 
 
-@examples(0.5)
+@examples(1)
 @given(
-    scene=scenes(),
+    scene=scenes,
     seed=seeds,
     size=st.sampled_from([0.0, 0.003, 0.3]),
     speed=st.sampled_from([0.0, 1.0, 100.0]),
-    history=st.lists(advances, max_size=3),
-    plan=st.lists(advances, min_size=1, max_size=3),
+    history=plans,
+    plan=plans,
 )
-def test_the_same_advances_from_a_snapshot_give_the_same_bits(
-    scene, seed, size, speed, history, plan
-):
+def test_the_same_advances_give_the_same_bits(scene, seed, size, speed, history, plan):
     check_repeatable(crumple(Cloth(scene), size, seed, speed=speed), history, plan)
 
 
@@ -133,17 +133,14 @@ def test_the_same_advances_from_a_snapshot_give_the_same_bits(
 def test_also_with_contact_roll_backs_gusts_and_threads(threads, monkeypatch):
     monkeypatch.setattr(kick_drift, '_MIN_THREADED', 1)
     cloth = cloth_of(
-        sheet__rows=34,
-        sheet__columns=34,
-        sheet__position=(0.0, 0.0, 0.0),
-        springs__structural=5e4,
-        springs__damping=1e-7,
+        sheet={'rows': 34, 'columns': 34, 'position': (0.0, 0.0, 0.0)},
+        springs={'structural': 5e4, 'damping': 1e-7},
         wind__gust={'period': 0.002, 'duration': 0.001},
         sphere={'radius': 0.3, 'position': (0.0, 0.0, -0.31)},
         solver__threads=threads,
     )
-    plan = [Advance(0.003, wind=(0.0, 9.0, 5.0), waypoints=((0.0, 0.0, -0.29),)), Advance(0.001)]
     start = crumple(cloth, 0.003).snapshot()
+    plan = [Advance(0.003, (0.0, 9.0, 5.0), ((0.0, 0.0, -0.29),)), Advance(0.001)]
     check_repeatable(cloth, [], plan)
     before = cloth.rollbacks.refined
     cloth.restore(start)
@@ -153,23 +150,6 @@ def test_also_with_contact_roll_backs_gusts_and_threads(threads, monkeypatch):
     assert distances.min() == pytest.approx(cloth.sphere_radius, abs=5e-3)
 
 
-def test_a_snapshot_without_an_energy_monitor_and_after_a_change_of_parameters():
-    scene = scene_of(sheet__rows=6, sheet__columns=7, springs__damping=1e-3)
-    cloth = crumple(Cloth(scene, energy_monitor=None), 0.01)
-    snapshot = cloth.snapshot()
-    cloth.advance(0.01)
-    after = bits(cloth.snapshot())
-    cloth.restore(snapshot)
-    cloth.advance(0.01)
-    assert bits(cloth.snapshot()) == after
-    monitored = cloth_of(sheet__rows=6, sheet__columns=7, springs__damping=2e-3)
-    monitored.advance(0.02)
-    monitored.configure(scene)
-    monitored.restore(snapshot)
-    monitored.advance(0.01)
-    np.testing.assert_array_equal(monitored.positions, cloth.positions)
-
-
 # Conversion to other scenes
 
 
@@ -177,13 +157,13 @@ def converted(cloth: Cloth, scene: Scene) -> Cloth:
     """Return a cloth of another scene, in the state of a cloth."""
     other = Cloth(scene)
     other.restore(cloth.snapshot())
-    assert (other.time, other.inputs) == (cloth.time, cloth.inputs)
-    assert (other.sphere_position, other.work) == (cloth.sphere_position, cloth.work)
+    assert (other.time, other.work, other.inputs) == (cloth.time, cloth.work, cloth.inputs)
+    assert other.sphere_position == cloth.sphere_position
     return other
 
 
 @examples(0.2)
-@given(scenes(), seeds)
+@given(scenes, seeds)
 def test_another_precision_keeps_the_state_to_rounding(scene, seed):
     single, double = (
         scene.with_parameters({'solver.precision': each}) for each in ('single', 'double')
@@ -195,45 +175,36 @@ def test_another_precision_keeps_the_state_to_rounding(scene, seed):
     assert np.array_equal(fine.velocities, cloth.velocities)
     again = converted(fine, single)
     assert bits(again.snapshot().position) == bits(cloth.snapshot().position)
-    crumple(fine, 0.1, seed, speed=1.0)
-    coarse = converted(fine, single)
+    coarse = converted(crumple(fine, 0.1, seed, speed=1.0), single)
     np.testing.assert_allclose(coarse.positions, fine.positions, atol=1e-6)
     np.testing.assert_allclose(coarse.velocities, fine.velocities, rtol=1e-6)
 
 
-grids = st.tuples(
-    st.sampled_from([1, 5, 9, 13]), st.sampled_from([5, 9, 17]), st.sampled_from([0.5, 2.0, 3.0])
-)
-
-
 @examples(0.5)
-@given(seeds, grids, precisions, st.sampled_from([0.0, 1e5]))
-def test_another_grid_keeps_an_affine_state(seed, grid, precision, distance):
+@given(
+    *(seeds, precisions, st.sampled_from([1, 5, 9, 13]), st.sampled_from([5, 9, 17])),
+    *(st.sampled_from([0.5, 2.0, 3.0]), st.sampled_from([0.0, 1e5])),
+)
+def test_another_grid_keeps_an_affine_state(seed, precision, rows, columns, factor, distance):
     """Shape, mean position and momentum, also far from the initial position."""
-    rows, columns, factor = grid
-    scene = scene_of(
-        **{'sheet__rows': rows, 'sheet__columns': columns, 'pins': ['']},
-        solver__precision=precision,
-    )
-    generator = np.random.default_rng(seed)
+    sheet = {'sheet__rows': rows, 'sheet__columns': columns}
+    scene = scene_of(**sheet, pins=[''], solver__precision=precision)
+    generator, tight = np.random.default_rng(seed), 1e-6 if precision == 'single' else 1e-10
     strain, spin = generator.uniform(-0.2, 0.2, (2, 3, 3))
-    shift, velocity = generator.normal(0, 1, (2, 3))
+    shift, velocity = generator.normal(0, 1, (2, 3)) - ((0, 0, distance), (0, 0, 0))
 
     def affine(rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         flat = rest - scene.sheet.position
-        return flat + flat @ strain + shift + (0, 0, -distance), flat @ spin + velocity
+        return flat + flat @ strain + shift, flat @ spin + velocity
 
-    cloth, other = Cloth(scene), resample_scene(scene, factor)
+    cloth, other = Cloth(scene), Cloth(resample_scene(scene, factor))
     cloth.positions, cloth.velocities = affine(cloth.positions)
-    there = converted(cloth, other)
-    tight = {'rtol': 0, 'atol': 1e-6 if precision == 'single' else 1e-10}
-    for found, expected in zip(
-        (there.positions, there.velocities), affine(Cloth(other).positions), strict=True
-    ):
-        np.testing.assert_allclose(found, expected, **tight)
-    np.testing.assert_allclose(
-        there.velocities.mean((0, 1)), cloth.velocities.mean((0, 1)), **tight
-    )
+    there = converted(cloth, other.scene)
+    positions, velocities = affine(other.positions)
+    np.testing.assert_allclose(there.positions, positions, rtol=0, atol=tight)
+    np.testing.assert_allclose(there.velocities, velocities, rtol=0, atol=tight)
+    momentum = cloth.velocities.mean((0, 1))
+    np.testing.assert_allclose(there.velocities.mean((0, 1)), momentum, rtol=0, atol=tight)
 
 
 @pytest.mark.parametrize('precision', ['single', 'double'])
@@ -246,12 +217,9 @@ def test_another_grid_keeps_a_swinging_sheet_and_its_pins(factor, precision):
     initial = Cloth(other).positions[pinned]
     assert np.array_equal(there.positions[pinned], initial)
     assert not there.velocities[pinned].any()
-    for found, expected, size in (
-        (there.positions, cloth.positions, 1.0),
-        (there.velocities, cloth.velocities, np.abs(cloth.velocities).max()),
-    ):
-        difference = found.mean((0, 1)) - expected.mean((0, 1))
-        assert np.abs(difference).max() < 0.05 * size
+    shift = (there.positions.mean((0, 1)) - cloth.positions.mean((0, 1))) / 1.0
+    slower = there.velocities.mean((0, 1)) - cloth.velocities.mean((0, 1))
+    assert np.abs([shift, slower / np.abs(cloth.velocities).max()]).max() < 0.05
     back = converted(there, scene)
     assert np.linalg.norm(back.positions - cloth.positions, axis=-1).max() < 0.03
     there.advance(0.05)
@@ -260,22 +228,12 @@ def test_another_grid_keeps_a_swinging_sheet_and_its_pins(factor, precision):
 
 @pytest.mark.parametrize('distance', [0.0, 4e9])
 def test_pins_set_while_a_cloth_runs_stay_where_they_are_on_every_grid(distance):
-    scene = scene_of(**{'sheet__rows': 33, 'sheet__columns': 41, 'solver__precision': 'double'})
+    scene = scene_of(sheet__rows=33, sheet__columns=41, solver__precision='double')
     cloth = Cloth(scene.with_parameters({'pins': ['']}))
     cloth._simulation.state.origin = np.array((0.0, 0.0, 1.0 - distance))
     cloth.advance(0.5)
-    cloth.configure(scene)
     held = cloth.positions[scene.pinned()]
-    for factor in (0.5, 0.25, 1.0):
-        other = resample_scene(scene, factor)
-        cloth = converted(cloth, other)
+    for factor in (1.0, 0.5, 0.25, 1.0):
+        cloth = converted(cloth, resample_scene(scene, factor))
         cloth.advance(0.1)
-        np.testing.assert_allclose(cloth.positions[other.pinned()], held, atol=2e-6)
-
-
-def test_particles_pinned_in_another_scene_stop_where_they_are():
-    free = cloth_of(pins=[''])
-    free.advance(0.3)
-    pinned = converted(free, scene_of(pins=['5,5'], sphere__radius=0.2))
-    pinned.advance(1e-3)
-    assert np.array_equal(pinned.positions[5, 5], free.positions[5, 5])
+        np.testing.assert_allclose(cloth.positions[cloth.scene.pinned()], held, atol=2e-6)

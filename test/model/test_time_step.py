@@ -4,27 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from builders import (
-    ROOT,
-    SPRINGS_ONLY,
-    FixedSteps,
-    cloth_of,
-    examples,
-    scene_of,
-    small_cloth,
-)
+from builders import ROOT, SPRINGS_ONLY, FixedSteps, cloth_of, examples, scene_of, small_cloth
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model import check_scene
 from cloth_ros.model.step_control import AdaptiveStepControl
-from cloth_ros.model.time_step import (
-    dissipation_interval,
-    precision_for,
-    rounding_heating_rate,
-    substep_length,
-)
+from cloth_ros.model.time_step import dissipation_interval, precision_for, rounding_heating_rate
 
 
 @pytest.mark.parametrize(
@@ -39,94 +26,70 @@ from cloth_ros.model.time_step import (
             {'springs__structural': 1e8, 'sheet__mass': 1e-9},
             ['springs.structural is 100000000.0,', '1e+08 substeps a tick', 'raise sheet.mass'],
         ),
-        (
-            {'springs__damping': 1e6, 'sheet__mass': 1e-9},
-            ['springs.damping is 1000000.0,', 'lower springs.*'],
-        ),
+        ({'springs__damping': 1e6, 'sheet__mass': 1e-9}, ['springs.damping is 1000000.0,']),
     ],
 )
 def test_a_scene_with_an_unstable_step_can_be_made_but_not_simulated(parameters, parts):
     scene = scene_of(**parameters)
     assert scene.with_parameters({}) == scene
     for refuse in (check_scene, Cloth, Cloth(Scene()).configure):
-        with pytest.raises(ValueError, match=' is ') as refusal:
+        with pytest.raises(ValueError, match=r'^[^\n]* is [^\n]*$') as refusal:
             refuse(scene)
-        message = str(refusal.value)
-        assert all(part in message for part in parts), message
-        assert '\n' not in message
-
-
-def test_the_number_of_substeps_that_an_error_names_is_enough():
-    scene = scene_of(springs__structural=50_000.0, solver__substeps=3)
-    with pytest.raises(ValueError, match='at least') as refusal:
-        check_scene(scene)
-    least = int(str(refusal.value).split('at least ')[1].split()[0])
-    check_scene(scene.with_parameters({'solver.substeps': least}))
-    with pytest.raises(ValueError, match=f'at least {least}'):
-        check_scene(scene.with_parameters({'solver.substeps': least - 1}))
+        assert all(part in str(refusal.value) for part in parts), refusal.value
+    if 'at least' in str(refusal.value):  # that number is enough, and one less is not
+        least = int(str(refusal.value).split('at least ')[1].split()[0])
+        check_scene(scene.with_parameters({'solver.substeps': least}))
+        with pytest.raises(ValueError, match=f'at least {least}'):
+            check_scene(scene.with_parameters({'solver.substeps': least - 1}))
 
 
 @pytest.mark.parametrize('rate', [1.0, 30.0, 60.0, 97.3, 1000.0])
-def test_substeps_fill_a_tick_and_respect_the_limit(rate):
+def test_substeps_fill_a_tick_respect_the_limit_and_have_one_length(rate):
     cloth = small_cloth(rate=rate)
     count = 1 / rate / cloth.substep
     assert count == pytest.approx(round(count))
     assert cloth.substep < cloth.stability_limit
-    cloth.advance(1 / rate)
-    assert cloth.substeps == round(count)
-    assert substep_length(scene_of(rate=rate, solver__substeps=777)) == 1 / rate / 777
-
-
-def test_substeps_have_one_length_at_any_time():
-    """Times are rounded, but another length would need another table of operations."""
-    cloth = small_cloth()
-    for _ in range(2000):
-        cloth.advance(1 / 60)
+    for _ in range(2000 if rate == 60 else 1):
+        cloth.advance(1 / rate)
+        assert cloth.substeps == round(count)
+    # Times are rounded, but another length would need another table of operations.
     assert len(cloth._simulation._kick_drift._tables) < 10
+    assert small_cloth(rate=rate, solver__substeps=7777).substep == 1 / rate / 7777
 
 
-def test_a_tighter_tolerance_takes_more_substeps_and_gives_a_smaller_error():
+def test_a_tighter_tolerance_gives_a_smaller_error():
     def positions(**parameters: float) -> np.ndarray:
         cloth = cloth_of(solver__precision='double', **parameters)
         cloth.advance(0.5)
         return cloth.positions
 
-    exact, errors = positions(solver__substeps=2000), []
+    exact, errors = positions(solver__substeps=2000), [math.inf]
     for tolerance in (0.01, 0.001, 0.0001):
         found = positions(solver__tolerance=tolerance)
         errors.append(np.linalg.norm(found - exact, axis=-1).max())
         assert errors[-1] < 1.5 * tolerance
-    assert errors == sorted(errors, reverse=True)
+        assert errors[-1] <= errors[-2]
 
 
 @examples(1)
-@given(
-    substep=st.floats(1e-6, 0.1),
-    viscous=st.floats(0, 1e6),
-    airspeed=st.floats(0, 1e5) | st.just(math.inf),
-)
+@given(st.floats(1e-6, 0.1), st.floats(0, 1e6), st.floats(0, 1e5) | st.just(math.inf))
 def test_the_interval_of_dissipation_is_odd_and_bounded(substep, viscous, airspeed):
     interval = dissipation_interval(Scene(), substep, viscous, airspeed)
-    assert interval % 2 == 1
-    assert 1 <= interval <= 17
-    if interval > 1:
-        assert interval * substep * viscous <= 0.5
-        assert interval * substep <= 3e-3
+    assert interval in range(1, 18, 2)
+    assert interval == 1 or (interval * substep * viscous <= 0.5 and interval * substep <= 3e-3)
 
 
 # Precision
 
 
-@pytest.mark.parametrize(
-    ('precision', 'tolerance', 'expected'),
-    [('auto', 1e-3, 'single'), ('auto', 9e-4, 'double'), ('single', 1e-6, 'single')],
-)
-def test_the_tolerance_decides_the_automatic_precision(precision, tolerance, expected):
-    scene = scene_of(solver__precision=precision, solver__tolerance=tolerance)
-    assert precision_for(scene) == expected
-
-
-def test_a_cloth_that_rounding_in_single_precision_would_heat_is_simulated_in_double():
+def test_the_tolerance_decides_the_automatic_precision_and_stiff_cloths_need_double():
+    for precision, tolerance, expected in (
+        ('auto', 1e-3, 'single'),
+        ('auto', 9e-4, 'double'),
+        ('single', 1e-6, 'single'),
+    ):
+        scene = scene_of(solver__precision=precision, solver__tolerance=tolerance)
+        assert precision_for(scene) == expected
     stiff = scene_of(**SPRINGS_ONLY, springs__structural=1e8, sheet__mass=1e-3)
     assert rounding_heating_rate(stiff) > 1
     assert rounding_heating_rate(Scene()) < 1e-5
@@ -136,33 +99,30 @@ def test_a_cloth_that_rounding_in_single_precision_would_heat_is_simulated_in_do
     assert cloth.energy() < 1e-9
 
 
-def hanging(precision: str, disturbance: float = 0.0) -> np.ndarray:
-    """Return the positions after each tick of the first second of the hanging scene, m."""
-    scene = Scene.from_yaml(ROOT / 'config/hanging.yaml')
-    cloth = Cloth(scene.with_parameters({'solver.precision': precision}))
-    noise = np.random.default_rng(0).normal(0, 1, cloth.positions.shape)
-    cloth.positions = cloth.positions + disturbance * noise
-    ticks = []
-    for _ in range(60):
-        cloth.advance(1 / 60)
-        ticks.append(cloth.positions)
-    return np.array(ticks)
-
-
 def test_single_precision_is_exact_to_a_tenth_of_a_millimetre_until_the_sheet_folds():
     """Then a much smaller disturbance separates two runs as far: it decides where folds form."""
-    double = hanging('double')
 
-    def distances(other: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(other - double, axis=-1).max(axis=(1, 2))
+    def positions(precision: str, disturbance: float = 0.0) -> np.ndarray:
+        scene = Scene.from_yaml(ROOT / 'config/hanging.yaml')
+        cloth, ticks = Cloth(scene.with_parameters({'solver.precision': precision})), []
+        noise = np.random.default_rng(0).normal(0, 1, cloth.positions.shape)
+        cloth.positions = cloth.positions + disturbance * noise
+        for _ in range(60):
+            cloth.advance(1 / 60)
+            ticks.append(cloth.positions)
+        return np.array(ticks)
 
-    single, disturbed = distances(hanging('single')), distances(hanging('double', 1e-9))
+    double = positions('double')
+    single, disturbed = (
+        np.linalg.norm(other - double, axis=-1).max(axis=(1, 2))
+        for other in (positions('single'), positions('double', 1e-9))
+    )
     assert single[:18].max() < 1e-4  # 0.3 s
     assert disturbed.max() > 1e-4
     assert single.max() < 4 * disturbed.max()
 
 
-# Step control, which is passed to a cloth
+# Step control and observer, which are passed to a cloth
 
 
 class Recorder:
@@ -181,27 +141,22 @@ class Recorder:
         self.steps.append(step)
 
 
-@pytest.mark.parametrize('fixed', [True, False])
-def test_an_observer_receives_every_substep_of_the_step_control(fixed):
-    control = FixedSteps(2e-4) if fixed else AdaptiveStepControl(Scene())
-    recorder = Recorder()
-    cloth = Cloth(Scene(), step_control=lambda _: control, observer=recorder)
-    cloth.wind = (0.0, 2.0, 0.0)
-    cloth.advance(0.02)
+@pytest.mark.parametrize(
+    'control', [lambda scene: FixedSteps(2e-4), AdaptiveStepControl], ids=['fixed', 'adaptive']
+)
+def test_an_observer_receives_every_substep_of_the_step_control_and_changes_none(control):
+    recorder, scene = Recorder(), scene_of(wind__air_density=0.0)
+    cloth = Cloth(scene, step_control=control, observer=recorder)
+    other = Cloth(scene, step_control=control)
+    for each in (cloth, other):
+        each.wind = (0.0, 2.0, 0.0)
+        each.advance(0.02)
     kicks = [step.kick for step in recorder.steps if step.kick is not None]
-    assert len(kicks) == cloth.substeps == math.ceil(0.02 / control.substep - 1e-6)
-    drifts = [step.drift for step in recorder.steps]
-    np.testing.assert_allclose([sum(kicks), sum(drifts)], 0.02)
+    assert len(kicks) == cloth.substeps == math.ceil(0.02 / cloth.substep - 1e-6)
     np.testing.assert_allclose(kicks, 0.02 / len(kicks))
+    np.testing.assert_allclose(sum(step.drift for step in recorder.steps), 0.02)
     assert recorder.air_velocity == (0.0, 2.0, 0.0)
-
-
-def test_an_observer_changes_no_bit_of_a_free_motion():
-    scene = scene_of(wind__air_density=0.0)
-    observed, other = Cloth(scene, observer=Recorder()), Cloth(scene)
-    for cloth in (observed, other):
-        cloth.advance(0.1)
-    assert np.array_equal(observed.positions, other.positions)
+    assert np.array_equal(cloth.positions, other.positions)
 
 
 def test_a_finer_solution_divides_every_substep():

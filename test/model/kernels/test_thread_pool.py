@@ -10,29 +10,28 @@ import numpy as np
 import pytest
 from builders import cloth_of, run_python
 
+from cloth_ros import Cloth
 from cloth_ros.model.integrators import kick_drift
 from cloth_ros.model.kernels import thread_pool
 
 
-def advanced(threads: int, precision: str = 'single') -> np.ndarray:
-    """Return positions and velocities of a sheet with all forces after some substeps."""
-    cloth = cloth_of(
-        sheet__rows=70,
-        sheet__columns=75,
-        springs__damping=1e-4,
-        wind__velocity=[1.0, 3.0, 2.0],
-        solver__precision=precision,
-        solver__threads=threads,
-    )
+def advanced(threads: int, precision: str = 'single') -> Cloth:
+    """Return a cloth with all forces after some substeps."""
+    sheet = {'rows': 70, 'columns': 75}
+    forces = {'springs__damping': 1e-4, 'wind__velocity': [1.0, 3.0, 2.0]}
+    cloth = cloth_of(sheet=sheet, **forces, solver={'threads': threads, 'precision': precision})
     cloth.advance(0.03)
-    return np.stack([cloth.positions, cloth.velocities])
+    return cloth
+
+
+def same(cloth: Cloth, other: Cloth) -> bool:
+    return np.array_equal([cloth.positions, cloth.velocities], [other.positions, other.velocities])
 
 
 @pytest.mark.parametrize('precision', ['single', 'double'])
 def test_results_are_the_same_bits_for_any_number_of_threads(precision):
     alone = advanced(1, precision)
-    for threads in (2, 3):
-        assert np.array_equal(advanced(threads, precision), alone)
+    assert all(same(advanced(threads, precision), alone) for threads in (2, 3))
 
 
 def test_pools_of_all_sizes_share_their_threads():
@@ -40,16 +39,12 @@ def test_pools_of_all_sizes_share_their_threads():
     # Several pools at once, as a cloth and its finer solution use them.
     with ThreadPoolExecutor(2) as callers:
         for size in (5, 2, 6, 3):
-            for shared in callers.map(advanced, (size, size - 1)):
-                assert np.array_equal(shared, alone)
+            assert all(same(each, alone) for each in callers.map(advanced, (size, size - 1)))
     assert threading.active_count() <= before + 5
 
 
 def test_workers_hold_no_reference_to_a_deleted_cloth():
-    cloth = cloth_of(sheet__rows=70, sheet__columns=70, solver__threads=2)
-    cloth.advance(0.01)
-    array = weakref.ref(cloth._simulation._kick_drift._work)
-    del cloth
+    array = weakref.ref(advanced(2)._simulation._kick_drift._work)
     end = monotonic() + 60.0
     while array() is not None and monotonic() < end:
         gc.collect()
@@ -66,7 +61,7 @@ def test_the_calling_thread_does_all_work_where_no_other_can_be_started(monkeypa
     monkeypatch.setattr(thread_pool, '_queues', [])
     pool = thread_pool.ThreadPool(3)
     monkeypatch.setattr(kick_drift, 'shared_thread_pool', lambda _: pool)
-    assert np.array_equal(advanced(3), alone)
+    assert same(advanced(3), alone)
 
 
 FORK = """
@@ -79,10 +74,9 @@ cloth.advance(0.01)
 child = os.fork()
 if child == 0:
     former = [tasks for pool in thread_pool._pools for tasks in pool._tasks]
-    cloth.advance(0.01)
     other = Cloth(scene)
-    other.advance(0.01)
-    other.advance(0.01)
+    for each in (cloth, other, other):
+        each.advance(0.01)
     same = (other.positions == cloth.positions).all()
     os._exit(not same or any(not tasks.empty() for tasks in former))
 print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
