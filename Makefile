@@ -1,9 +1,9 @@
-# make run   a live cloth; SCENE=config/… picks another scene
+# make run        a live node; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
-# make pictures   the pictures of the README, into docs/pictures
-# make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
-# make bench      what a substep costs, beside the machine's limit and other engines
+# make pictures   render the pictures of the README, into docs/pictures
+# make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
+# make bench      cost of a substep, with the limit of the processor and other engines
 # make reliability    all of the following, and docs/reliability.md; more than two hours
 # make random-scenes  ten thousand random scenes; half an hour; SEED=… for others
 # make extremes       extremes of every parameter

@@ -60,7 +60,10 @@ def main(path: str) -> None:
         if 'section' in properties(case):
             sections.setdefault(properties(case)['section'], []).append(case)
     about = properties(suite)
-    text, summary = [f'Measured with commit {about["commit"]} on: {about["machine"]}.'], []
+    text, summary = (
+        [f'Measured with commit {about.get("commit", "unknown")} on: {about["machine"]}.'],
+        [],
+    )
     for section, cases in sections.items():
         found = rows(cases)
         passed = sum(row[-1] == 'passed' for row in found)

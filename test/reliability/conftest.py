@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import shutil
 import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -30,22 +31,12 @@ def long(request: pytest.FixtureRequest) -> bool:
 def conditions(record_testsuite_property: Callable[[str, str], None]) -> None:
     """Record machine and commit, for the report."""
     machine = describe()
-    keys = ('processor', 'vector instructions')
-    machine_text = ', '.join(machine[key] for key in keys)
-    versions = f'{machine["cores"]} cores, Python {machine["python"]}'
-    record_testsuite_property('machine', f'{machine_text}, {versions}')
-    pages = ('--', '.', ':!docs', ':!README.md')  # which results are written to
-    commit = _git('rev-parse', '--short', 'HEAD')
-    changed = '+' if _git('status', '--porcelain', *pages) else ''
-    record_testsuite_property('commit', f'{commit}{changed}' if commit else 'unknown')
-
-
-def _git(*arguments: str) -> str:
-    command = ['git', '-C', str(ROOT), *arguments]
-    try:
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return ''
+    names = ('processor', 'vector instructions', 'cores', 'python')
+    record_testsuite_property('machine', ', '.join(f'{name} {machine[name]}' for name in names))
+    describe_commit = ['git', '-C', ROOT, 'describe', '--always', '--dirty=+', '--exclude=*']
+    if shutil.which('git'):
+        done = subprocess.run(describe_commit, capture_output=True, text=True, check=False)
+        record_testsuite_property('commit', done.stdout.strip() or 'unknown')
 
 
 @pytest.fixture(scope='session')

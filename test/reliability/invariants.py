@@ -51,11 +51,7 @@ def corners(rows: int, columns: int) -> np.ndarray:
 
 
 class Invariants:
-    """
-    Checks a cloth after each advance; a violation is an AssertionError.
-
-    Numbers of advances, and the largest excess of energy and penetration, are added to `totals`.
-    """
+    """Checks a cloth after each advance; adds counts and the largest values to `totals`."""
 
     def __init__(self, cloth: Cloth, totals: Counter[str]) -> None:
         self._cloth, self._totals = cloth, totals
@@ -146,12 +142,8 @@ class Invariants:
 
 
 def check_run(run: Run, totals: Counter[str], patience: float) -> None:
-    """
-    Advance a cloth as a run says, and check it after every advance.
-
-    A run is closed after `patience`, s of wall-clock time: a small sphere in a cloth as fast as a
-    bullet takes hundreds of collision steps in each substep.
-    """
+    """Advance a cloth as a run says and check it; close it after `patience` seconds."""
+    # A small sphere in a cloth as fast as a bullet takes hundreds of collision steps per substep.
     end = time.monotonic() + patience
     cloth = run.cloth(energy_monitor=partial(CountingMonitor, totals=totals))
     invariants, slow = Invariants(cloth, totals), False

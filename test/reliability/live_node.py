@@ -25,18 +25,9 @@ class Interval:
     """
     What a node has published and used in an interval of time.
 
-    Attributes
-    ----------
-    began
-        By the steady clock, s.
-    count, late, missing, longest, lost
-        Pauses between messages of particles, those that exceed a period by half of it, messages
-        fewer than the rate requires, the longest pause, s, and messages that were not received.
-    factor
-        Lowest real-time factor of whole seconds; 0: none.
-    text
-        All of it, in words.
-
+    `count` pauses between messages of particles, `late` of them longer than 1.5 periods, `longest`
+    in s; messages that are `missing` by the rate, or were published and `lost`; the lowest
+    real-time `factor` of whole seconds, 0 if there is none; `text` has all of it in words.
     """
 
     def __init__(self, node: LiveNode) -> None:
@@ -74,15 +65,9 @@ class Interval:
 
 class LiveNode:
     """
-    A node that publishes, and a listener.
+    A node that publishes, its process, and a listener in this one.
 
-    Attributes
-    ----------
-    process, listener
-        The node's process; the probe in this one.
-    timed
-        True to require rates, which depend on the machine and on what else it does.
-
+    Rates are required of `timed` nodes only: they depend on the machine and its other work.
     """
 
     rate = 60.0  # Hz, of the ticks

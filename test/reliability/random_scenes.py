@@ -23,25 +23,13 @@ STARTS = ('flat', 'crumpled', 'inverted', 'moving', 'coincident')
 
 
 class Step(NamedTuple):
-    """
-    Inputs of one advance, and its duration.
+    """Inputs of one advance, and its duration."""
 
-    Attributes
-    ----------
-    seconds
-        Duration, s; less where that takes too many substeps.
-    wind, sphere
-        Commands, m/s and, relative to the centre of the sheet, its diagonal and the radius.
-    change, reset
-        Parameters to change first, and whether to reset first.
-
-    """
-
-    seconds: float
-    wind: Vector | None = None
-    sphere: Vector | None = None
-    change: dict[str, Any] | None = None
-    reset: bool = False
+    seconds: float  # less where that takes too many substeps
+    wind: Vector | None = None  # m/s
+    sphere: Vector | None = None  # from the centre of the sheet, by its diagonal and the radius
+    change: dict[str, Any] | None = None  # of parameters, first
+    reset: bool = False  # first
 
     def prepare(self, cloth: Cloth) -> bool:
         """Give the inputs to a cloth; return True if its state or scene was set from outside."""
@@ -61,27 +49,13 @@ class Step(NamedTuple):
 
 
 class Run(NamedTuple):
-    """
-    A scene, its initial state, and what happens to it.
-
-    Attributes
-    ----------
-    parameters
-        Of the scene, by name.
-    start, size
-        One of `STARTS`, and the size of the disturbance in diagonals (per second).
-    seed
-        Of the disturbance.
-    steps
-        Advances with their inputs.
-
-    """
+    """A scene, its initial state, and what happens to it."""
 
     parameters: dict[str, Any]
-    start: str
-    size: float
+    start: str  # one of STARTS
+    size: float  # of the disturbance, in diagonals (per second)
     steps: list[Step]
-    seed: int = 0
+    seed: int = 0  # of the disturbance
 
     def cloth(self, **options: Any) -> Cloth:
         """Return the cloth in its initial state."""

@@ -1,10 +1,11 @@
 """Extremes of parameters, grids, ticks, spheres and initial states."""
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
-from reliability.invariants import Invariants, Totals
+from reliability.invariants import Invariants
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.stability import rate_bounds
@@ -16,16 +17,17 @@ def make(changes: dict) -> Cloth:
     return Cloth(Scene(sheet={'rows': 12, 'columns': 12}).with_parameters(changes))
 
 
-def watch(cloth: Cloth, ticks: int, seconds: float, before=lambda n: None) -> str:
-    """Advance tick by tick, checking the invariants each time; return what was measured."""
-    invariants, substeps, fastest, deepest = Invariants(cloth, Totals()), 0, 0.0, 0.0
-    for n in range(ticks):
+def watch(cloth: Cloth, seconds, before=lambda n: None) -> str:
+    """Advance by some durations, checking the invariants each time; return what was measured."""
+    invariants, substeps, fastest, deepest = Invariants(cloth, Counter()), 0, 0.0, 0.0
+    for n, duration in enumerate(seconds):
         before(n)
-        cloth.advance(seconds)
+        cloth.advance(float(duration))
         invariants.check()
         substeps += cloth.substeps
         fastest = max(fastest, float(np.linalg.norm(cloth.velocities, axis=-1).max()))
         deepest = max(deepest, cloth.sphere_depth)
+    assert cloth.time == pytest.approx(sum(seconds), rel=1e-9)
     text = f'{substeps} substeps, largest strain {cloth.largest_strain():.2g}, fastest particle'
     text += f' {fastest:.2g} m/s' + (f', {1e3 * deepest:.2g} mm deep by pins' if deepest else '')
     return text + (f'; rolled back: {rollbacks}' if (rollbacks := cloth.rollbacks.text) else '')
@@ -60,22 +62,19 @@ SCENES = [
 def test_parameters(changes, measured):
     """Ends of the ranges of parameters, and beyond any use: finite, energy explained."""
     cloth = make(changes)
-    measured(watch(cloth, 10, min(1 / 60, 300 * cloth.substep)))
+    measured(watch(cloth, 10 * [min(1 / 60, 300 * cloth.substep)]))
 
 
-LARGEST = pytest.param(1024, 1024, marks=pytest.mark.long)
+GRIDS = [(1, 1), (1, 40), (40, 1), (2, 2), (3, 200)]
 
 
-@pytest.mark.parametrize(
-    ('rows', 'columns'), [(1, 1), (1, 40), (40, 1), (2, 2), (3, 200), LARGEST]
-)
-def test_grids(rows, columns, measured):
+@pytest.mark.parametrize('grid', [*GRIDS, pytest.param((1024, 1024), marks=pytest.mark.long)])
+def test_grids(grid, measured):
     """Grids of one particle to the largest, with wind and sphere: finite, energy explained."""
-    cloth = make(
-        {'sheet.rows': rows, 'sheet.columns': columns, 'pins': ['0,0'], 'sphere.radius': 0.1}
-    )
+    sheet = {'sheet.rows': grid[0], 'sheet.columns': grid[1]}
+    cloth = make({**sheet, 'pins': ['0,0'], 'sphere.radius': 0.1})
     cloth.wind = (3.0, 2.0, 1.0)
-    measured(watch(cloth, 1 if rows == 1024 else 20, 20 * cloth.substep))
+    measured(watch(cloth, (1 if grid[0] == 1024 else 20) * [20 * cloth.substep]))
 
 
 def test_no_springs(measured):
@@ -83,7 +82,7 @@ def test_no_springs(measured):
     none = dict.fromkeys(FAMILIES, 0.0)
     cloth = make({**none, 'wind.air_density': 0.0, 'drag': 0.0, 'solver.precision': 'double'})
     start = cloth.positions
-    watch(cloth, 60, 1 / 60)
+    watch(cloth, 60 * [1 / 60])
     error = float(np.abs((start - cloth.positions)[1:, :, 2] - 9.81 / 2).max())
     measured(f'after 1 s {error:.1g} m from free fall')
     assert error < 1e-9
@@ -95,27 +94,18 @@ def test_damping_beyond_critical(measured):
     elastic, viscous = rate_bounds(cloth.scene)
     cloth.velocities = np.random.default_rng(0).normal(0, 1, cloth.positions.shape)
     start = cloth.energy()
-    text = watch(cloth, 2, 1 / 60)
+    text = watch(cloth, 2 * [1 / 60])
     measured(f'damping ratio up to {viscous / (2 * math.sqrt(elastic)):.0f}; {text}')
     assert cloth.energy() < start
 
 
-@pytest.mark.parametrize(('seconds', 'ticks'), [(1e-6, 200), (60.0, 1)])
-def test_ticks(seconds, ticks, measured):
-    """Ticks of 1 µs and of 60 s: simulated as any, and time adds up."""
-    cloth = make({})
-    measured(watch(cloth, ticks, seconds))
-    assert cloth.time == pytest.approx(ticks * seconds, rel=1e-9)
+TICKS = {'1 µs': 200 * [1e-6], '60 s': [60.0], '1 µs to 1 s': 10 ** np.linspace(-6, 0, 100)}
 
 
-def test_irregular_ticks():
-    """100 advances of 1 µs to 1 s: finite, energy explained, and time adds up."""
-    cloth, lengths = make({}), 10 ** np.random.default_rng(0).uniform(-6, 0, 100)
-    invariants = Invariants(cloth, Totals())
-    for seconds in lengths:
-        cloth.advance(float(seconds))
-        invariants.check()
-    assert cloth.time == pytest.approx(lengths.sum(), abs=1e-9)
+@pytest.mark.parametrize('ticks', TICKS)
+def test_ticks(ticks, measured):
+    """Very short, very long and irregular ticks: finite, energy explained, and time adds up."""
+    measured(watch(make({}), TICKS[ticks]))
 
 
 def test_wind_of_10_km_per_s(measured):
@@ -125,7 +115,7 @@ def test_wind_of_10_km_per_s(measured):
     def blow(n: int) -> None:
         cloth.wind = (0.0, 1e4 * (-1) ** (n // 5), 0.0)
 
-    measured(watch(cloth, 20, min(1 / 60, 200 * cloth.substep), blow))
+    measured(watch(cloth, 20 * [min(1 / 60, 200 * cloth.substep)], blow))
 
 
 ABOVE, BELOW, CORNERS = (0.0, 0.05, 2.0), (0.0, 0.05, 0.2), ['0,0', '0,-1']
@@ -156,7 +146,7 @@ def test_spheres(name, measured):
         deepest = max(deepest, cloth.sphere_depth)
         cloth.move_sphere(path[min(n, len(path) - 1)])
 
-    measured(watch(cloth, len(path) + 20, tick, move))
+    measured(watch(cloth, (len(path) + 20) * [tick], move))
     # The flank of the largest one reaches the pinned corners.
     held = radius == 100.0 or pins == ['0,:']
     assert (max(deepest, cloth.sphere_depth) > 0) == held
@@ -166,11 +156,8 @@ def test_sphere_that_appears_in_the_sheet(measured):
     """A sphere that appears in the sheet: grows within a second, and throws nothing."""
     cloth = make({'sphere.radius': 0.3, 'sphere.position': [0.0, 0.0, 1.0]})
     speeds = []
-
-    def note(_: int) -> None:
-        speeds.append(np.linalg.norm(cloth.velocities, axis=-1).max())
-
-    measured(watch(cloth, 60, 1 / 60, note))
+    note = lambda _: speeds.append(np.linalg.norm(cloth.velocities, axis=-1).max())  # noqa: E731
+    measured(watch(cloth, 60 * [1 / 60], note))
     assert cloth.sphere_radius == 0.3
     assert max(speeds) < 10
 
@@ -188,7 +175,7 @@ def test_initial_states(start, measured):
     cloth = make({'drag': 0.0, 'wind.air_density': 0.0})
     pinned, positions = cloth.scene.pinned()[..., None], cloth.positions
     cloth.positions = np.where(pinned, positions, STARTS[start](positions))
-    measured(watch(cloth, 20, 1 / 240))
+    measured(watch(cloth, 20 * [1 / 240]))
 
 
 @pytest.mark.parametrize(
@@ -200,7 +187,7 @@ def test_durations(precision, drag, long, measured):
     cloth = make({'wind.air_density': 0.0, 'drag': drag, 'solver.precision': precision})
     start, energies = cloth.energy(), []
     swing = cloth.scene.sheet.mass * 9.81 * cloth.scene.sheet.diagonal
-    text = watch(cloth, 20, seconds / 20, lambda _: energies.append(cloth.energy() - start))
+    text = watch(cloth, 20 * [seconds / 20], lambda _: energies.append(cloth.energy() - start))
     speed = float(np.linalg.norm(cloth.velocities, axis=-1).max())
     drift = max(map(abs, energies)) / swing
     if drag:

@@ -9,20 +9,17 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from reliability.live_node import live_node
-from ros import NODE, Process, environment, probing, set_parameters
+from ros import NODE, PATIENCE, Process, environment, probing, set_parameters
 
 # What a node prints.
 STARTED = 'publishing'
 COMPILING, COMPILED = 'needed once on this machine', 'compiled the kernels of'
 LONGEST = 3.0  # s, within which signals come: a start takes half of it, compiling more
-
-
-def quiet(output: str) -> bool:
-    return 'Traceback' not in output and 'FATAL' not in output
 
 
 def test_system_clock_jumps(tmp_path, long, measured):
@@ -102,122 +99,78 @@ def test_log_folder_that_cannot_be_written(domain, tmp_path):
             node.end()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL],
-                         ids=lambda number: number.name)  # fmt: skip
-def test_signals_at_random_moments(number, domain, long, measured):
-    """SIGINT and SIGTERM end the node with exit code 0; after SIGKILL the next one starts."""
-    draw, longest, ends = random.Random(int(number)), 0.0, Counter()
-    for _ in range(12 if long else 1):
-        node = Process(NODE, environment(domain))
-        try:
-            time.sleep(draw.uniform(0.0, LONGEST if long else 1.0))
-            began = time.monotonic()
-            code, output = node.stop(number), node.output
-            longest = max(longest, time.monotonic() - began)
-        finally:
-            node.end()
-        # Before the first line of the node has run, Python ends the process in its own way.
-        early = 'cloth_ros' not in output and '[cloth]' not in output
-        if number != signal.SIGKILL:
-            assert early or (code == 0 and quiet(output)), (code, output)
-        ends[f'with exit code {code}'] += 1
-        if number == signal.SIGKILL:
-            node = Process(NODE, environment(domain))
-            try:
-                node.wait_for_output(STARTED)
-            finally:
-                node.end()
-    text = ', '.join(f'{count} {end}' for end, count in ends.items())
-    measured(f'{text}; the longest took {longest:.2f} s')
-
-
 def children(process: Process) -> list[Path]:
     """Return the folders in /proc of the child processes, which compile kernels."""
     lists = Path(f'/proc/{process.process.pid}/task').glob('*/children')
     return [Path('/proc', pid) for each in lists for pid in each.read_text().split()]
 
 
-def wait_until_gone(processes: list[Path]) -> None:
-    end = time.monotonic() + 60.0
-    while any(each.exists() for each in processes):
-        assert time.monotonic() < end, 'child processes are left'
+def times_of(cache: Path | None) -> dict[Path, int]:
+    """Return when each kernel in a cache was written."""
+    kernels = () if cache is None else cache.rglob('*.nbc')
+    return {path: path.stat().st_mtime_ns for path in kernels}
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
         time.sleep(0.05)
 
 
-def compiled(cache: Path) -> dict[Path, int]:
-    """Return the compiled kernels in a cache, and when they were written."""
-    return {path: path.stat().st_mtime_ns for path in cache.rglob('*.nbc')}
-
-
-@pytest.mark.long
-def test_killed_while_kernels_are_compiled(domain, tmp_path, measured):
-    """SIGKILL while kernels are compiled: children end too; a restart compiles the rest only."""
-    kills, counts = 4, []
-    for kill in range(kills + 1):
-        cache = tmp_path / str(kill)  # empty
-        variables = {'NUMBA_CACHE_DIR': str(cache)}
-        node = Process(NODE, {**environment(domain), **variables})
-        try:
-            node.wait_for_output(COMPILING)
-            began = time.monotonic()
-            if kill == 0:  # not killed, to measure how long it takes
-                while node.output.count(COMPILED) < node.output.count(COMPILING):
-                    time.sleep(0.1)
-                whole = time.monotonic() - began
-                full = len(compiled(cache))
-                continue
-            time.sleep(whole * kill / (kills + 1))
-            left = children(node)
-            assert left, 'killed too late'
-        finally:
-            node.stop(signal.SIGINT if kill == 0 else signal.SIGKILL)
-        wait_until_gone(left)
-        before = compiled(cache)
-        with live_node(timed=True, variables=variables) as restarted:
-            restarted.check()
-            assert restarted.process.stop() == 0
-        assert quiet(restarted.process.output), restarted.process.output
-        again = {path: written for path, written in compiled(cache).items() if path in before}
-        assert again == before
-        counts.append(len(before))
-    measured(
-        f'killed {kills} times in the {whole:.1f} s in which {full} kernels are compiled: '
-        f'{", ".join(map(str, counts))} were cached, and not compiled again'
-    )
-
-
-@pytest.mark.long
-def test_signals_while_kernels_are_compiled_in_the_background(domain, tmp_path, measured):
-    """SIGINT and SIGTERM while a parameter change compiles kernels: exit code 0, no traceback."""
-    draw, longest, times = random.Random(0), 0.0, 10
-    command = (*NODE, '--ros-args', '-p', 'wind.air_density:=0.0')
-
-    def start(cache: Path) -> Process:
-        node = Process(command, {**environment(domain), 'NUMBA_CACHE_DIR': str(cache)})
+def start(domain: int, cache: Path | None, *arguments: str, compiled: bool = True) -> Process:
+    """Start a node with a folder for kernels; wait until it publishes, and has compiled all."""
+    variables = {} if cache is None else {'NUMBA_CACHE_DIR': str(cache)}
+    node = Process([*NODE, *arguments], {**environment(domain), **variables})
+    if compiled:
         node.wait_for_output(STARTED)
-        while node.output.count(COMPILED) < node.output.count(COMPILING):
-            time.sleep(0.1)
-        return node
+        wait_until(lambda: node.output.count(COMPILED) >= node.output.count(COMPILING))
+    return node
 
+
+MOMENTS, LONG = ('first start', 'change'), pytest.mark.long
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize('moment', ['start', *(pytest.param(m, marks=LONG) for m in MOMENTS)])
+def test_signals_at_random_moments(moment, number, domain, tmp_path, long, measured):
+    """
+    Signals during a start, a first start that compiles kernels, and while a changed parameter
+    compiles kernels: SIGINT and SIGTERM end the node with exit code 0 and no traceback; its child
+    processes end; the next node starts, and compiles only what was not yet cached.
+    """
+    draw, longest, ends = random.Random(int(number)), 0.0, Counter()
     unchanged = tmp_path / 'unchanged'
-    start(unchanged).end()  # compiles what is needed before the change
-    for n, number in enumerate((signal.SIGINT, signal.SIGTERM) * times):
-        cache = tmp_path / str(n)
-        shutil.copytree(unchanged, cache)
-        node = start(cache)
+    calm = ('--ros-args', '-p', 'wind.air_density:=0.0')
+    if moment == 'change':  # kernels that are needed before it
+        start(domain, unchanged, *calm).end()
+    for n in range(6 if long else 1):
+        cache = None if moment == 'start' else tmp_path / str(n)
+        if moment == 'change':
+            shutil.copytree(unchanged, cache)
+        node = start(domain, cache, *calm, compiled=moment == 'change')
         try:
-            with probing(domain) as probe:
-                results = set_parameters(probe, wind__air_density=1.2, springs__damping=1e-3)
-            assert all(result.successful for result in results), results
-            node.wait_for_output('compiling kernels for the changed parameters')
-            time.sleep(draw.uniform(0.0, LONGEST))
-            left = children(node)
-            assert left, 'too late'
-            began = time.monotonic()
-            assert node.stop(number) == 0, node.output
+            if moment == 'change':
+                with probing(domain) as probe:
+                    set_parameters(probe, wind__air_density=1.2, springs__damping=1e-3)
+            if moment != 'start':
+                wait_until(lambda: children(node))  # noqa: B023
+            time.sleep(draw.uniform(0.0, LONGEST if long else 1.0))
+            left, began = children(node), time.monotonic()
+            code, output = node.stop(number), node.output
             longest = max(longest, time.monotonic() - began)
         finally:
             node.end()
-        wait_until_gone(left)
-        assert quiet(node.output), node.output
-    measured(f'{2 * times} ends, the longest took {longest:.2f} s')
+        wait_until(lambda: not any(child.exists() for child in left))  # noqa: B023
+        # Before the first line of the node has run, Python ends the process in its own way.
+        early = 'cloth_ros' not in output and '[cloth]' not in output
+        quiet = 'Traceback' not in output and 'FATAL' not in output
+        assert early or code == (-number if number == signal.SIGKILL else 0), output
+        assert early or quiet, output
+        ends[f'with exit code {code}'] += 1
+        if number == signal.SIGKILL:
+            cached = times_of(cache)
+            assert start(domain, cache, *calm).stop() == 0
+            assert cached.items() <= times_of(cache).items()
+    text = ', '.join(f'{count} {end}' for end, count in ends.items())
+    measured(f'{text}; the longest took {longest:.2f} s')

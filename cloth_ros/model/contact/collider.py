@@ -1,4 +1,4 @@
-"""Interface of colliders: rigid bodies that move as commanded, whatever the cloth does."""
+"""Interface of colliders: rigid bodies that move as commanded, unaffected by the cloth."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..state import State
 @runtime_checkable
 class Collider(Protocol):
     """
-    What a cloth tells about a collider, beside `interaction.Interaction`.
+    A collider, as seen by users of a cloth; it is also an `interaction.Interaction`.
 
     Attributes
     ----------
