@@ -24,6 +24,7 @@ for profile, count in (('short', 200), ('medium', 500), ('long', 10_000)):
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption('--long', action='store_true', help='the long form of reliability tests')
+    parser.addoption('--soak-seconds', type=float, default=3600.0, help='of the soak test, long')
 
 
 def pytest_configure(config: pytest.Config) -> None:

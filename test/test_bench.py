@@ -1,4 +1,4 @@
-"""The benchmarks, in a form that takes seconds: that they run, and what is made of them."""
+"""Benchmarks, a selection that takes seconds: they run, and their report is complete."""
 
 import json
 import subprocess
@@ -31,11 +31,11 @@ def measured(tmp_path_factory) -> dict:
     return load(path)
 
 
-def test_the_report_says_what_was_measured(measured, tmp_path):
+def test_report_has_all_sections(measured, tmp_path):
     report = Report(measured)
     assert report.limit() > 0
     text = report.text()
-    for heading in ('By size', 'Beside the limit', 'What an effect costs', 'other engines'):
+    for heading in ('Cost by size', 'limit of the processor', 'Cost of each', 'other engines'):
         assert heading in text
     assert '32 × 32' in text
     assert 'NumPy' in text
@@ -49,6 +49,6 @@ def test_the_report_says_what_was_measured(measured, tmp_path):
     report.draw(tmp_path)
     assert (tmp_path / 'cost.png').stat().st_size > 10_000
     assert (tmp_path / 'cost.svg').read_text().startswith('<?xml')
-    # The host has no name in what is kept.
+    # The name of the host is not recorded.
     assert set(measured['machine']) >= {'processor', 'cores', 'numba'}
     assert 'node' not in json.dumps(measured['machine'])

@@ -1,34 +1,22 @@
-"""What holds for the package as a whole."""
+"""The repository as a whole: documentation, versions, dependencies, size of files."""
 
 import ast
 import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import pytest
 from ros import ROOT
 
 from tools.parameter_table import parameter_table
 
-MODEL = sorted((ROOT / 'cloth_ros' / 'model').rglob('*.py'))
-ROS = ('rclpy', '_msgs', 'std_srvs', 'builtin_interfaces', 'launch')
-
-
-@pytest.mark.parametrize('path', MODEL, ids=lambda path: path.stem)
-def test_the_model_knows_no_ros(path):
-    for node in ast.walk(ast.parse(path.read_text())):
-        names = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            names = [node.module or '']
-            assert node.level <= 1 + (path.parent.name == 'methods'), 'it stays in the model'
-        assert not [name for name in names if any(word in name for word in ROS)]
+CODE = ROOT / 'cloth_ros'
+PAGES = sorted([*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md')])
 
 
 def test_the_model_runs_where_there_is_no_ros():
-    """A Python whose imports of ROS fail takes no harm."""
     code = (
         'import sys\n'
         "for name in ('rclpy', 'sensor_msgs', 'geometry_msgs', 'std_msgs', 'std_srvs'):\n"
@@ -44,16 +32,46 @@ def test_the_model_runs_where_there_is_no_ros():
     assert result.stdout == '(36, 36, 3)\n', result.stderr
 
 
-def test_the_table_in_the_readme_is_that_of_the_scene():
-    assert parameter_table() in (ROOT / 'README.md').read_text()
+def test_table_of_parameters_is_that_of_the_scene():
+    assert parameter_table() in (ROOT / 'docs' / 'parameters.md').read_text()
 
 
-def test_the_pictures_and_links_of_the_readme_exist():
-    text = (ROOT / 'README.md').read_text()
-    links = re.findall(r'\]\(([^)#]+)\)|src="([^"]+)"', text)
-    local = [a or b for a, b in links if not (a or b).startswith('http')]
-    assert local
-    assert not [link for link in local if not (ROOT / link).exists()]
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of the headings of a page, as GitHub makes them."""
+    headings = re.findall(r'^#+ (.*)$', page.read_text(), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', text.lower()).replace(' ', '-') for text in headings}
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_and_pictures_exist(page):
+    for link in re.findall(r'\]\(([^)]+)\)', page.read_text()):
+        if link.startswith('http'):
+            continue
+        path, _, anchor = link.partition('#')
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
+
+
+def test_python_example_of_the_readme_runs(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    (example,) = re.findall(r'```python\n(.*?)```', (ROOT / 'README.md').read_text(), re.DOTALL)
+    exec(compile(example, 'README.md', 'exec'), {})
+
+
+def test_layout_lists_every_module():
+    layout = (ROOT / 'CONTRIBUTING.md').read_text()
+    modules = [path for path in (ROOT / 'cloth_ros').rglob('*.py') if path.stem != '__init__']
+    assert not [path.name for path in modules if path.name not in layout]
+
+
+def test_paths_in_contributing_exist():
+    text = (ROOT / 'CONTRIBUTING.md').read_text()
+    paths = re.findall(r'`([\w/]+(?:\.py|/))`', text)
+    assert paths
+    assert not [
+        path for path in paths if not (ROOT / path).exists() and not (CODE / path).exists()
+    ]
 
 
 def test_the_version_is_the_same_everywhere():
@@ -65,7 +83,10 @@ def test_the_version_is_the_same_everywhere():
 
 def test_what_is_imported_is_declared():
     """Every import of the package is a dependency of package.xml."""
-    keys = {name: f'python3-{name}' for name in ('numpy', 'numba', 'yaml', 'matplotlib', 'tqdm')}
+    keys = {
+        name: f'python3-{name}'
+        for name in ('numpy', 'numba', 'yaml', 'matplotlib', 'scipy', 'tqdm')
+    }
     keys['llvmlite'] = keys['numba']  # which is made on it
     package = ElementTree.parse(ROOT / 'package.xml').getroot()
     declared = {element.text for element in package.findall('exec_depend')}

@@ -1,4 +1,4 @@
-"""What a message needs to know of a cloth: satisfied by `Cloth` and by `LiveCloth`."""
+"""Interface of a cloth that is published, satisfied by `Cloth` and by `LiveCloth`."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class TickClock:
     """
     Timer of the ticks, on the clock that the cloth follows.
 
-    The wall clock is the steady one, which nobody sets back; with simulated time it is /clock.
+    The wall clock is the steady one, which is never set back; with simulated time it is /clock.
 
     Parameters
     ----------
