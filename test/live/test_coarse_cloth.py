@@ -40,7 +40,7 @@ def test_the_motion_is_that_of_the_same_cloth_as_far_as_the_grid_allows():
     assert np.abs(fine.positions - coarse.positions).max() < 0.1 * fallen
 
 
-@examples(0.1)
+@examples(0.05)
 @given(
     seed=seeds,
     spacings=st.lists(st.sampled_from([1, 2, 4]), min_size=1, max_size=4),
@@ -55,7 +55,8 @@ def test_a_change_of_grid_and_parameters_keeps_state_time_inputs_and_counts(
     strain, spin = np.random.default_rng(seed).uniform(-0.2, 0.2, (2, 3, 3))
     now.cloth.advance(0.01)
     flat = Cloth(SCENE).positions
-    positions = now.cloth.positions = flat + flat @ strain
+    # Far from where its pins would be placed.
+    positions = now.cloth.positions = flat + flat @ strain - 5.0
     now.cloth.velocities = flat @ spin
     now.cloth.wind = wind
     counts = {'refined': 3, 'limited': 2, 'damped': 1, 'held': 4}
@@ -82,4 +83,4 @@ def test_a_grid_of_too_few_particles_is_refused():
     with pytest.raises(ValueError, match='three particles'):
         CoarseCloth(SCENE, 32)
     with pytest.raises(ValueError, match='three particles'):
-        CoarseCloth(SCENE, 4).changed(SCENE, 16)
+        CoarseCloth(SCENE, 4).changed(SCENE, 32)
