@@ -20,6 +20,8 @@ def test_a_gust_blows_from_every_period_on_for_its_duration(period):
     expected = np.stack([np.arange(1, 101), np.arange(1, 101) + 0.25], 1).ravel() * period
     np.testing.assert_allclose(edges[1:], expected, rtol=1e-12)
     assert blows == [False, True] * 100
+    # Also at the moment of an edge itself, which is rounded.
+    assert [gusts.velocity(edge).any() for edge in edges[1:]] == [True, False] * 100
 
 
 def test_speeds_are_uniform_and_a_function_of_seed_and_time():

@@ -91,7 +91,7 @@ def test_no_step_of_damped_euler_adds_energy(seed, size, speed, step, drag, divi
 @given(q=st.floats(1e-6, 1.0, exclude_max=True), more=st.floats(0.0, 50.0), n=st.integers(1, 64))
 def test_the_energy_gain_of_damped_euler_is_a_form_that_is_never_positive(q, more, n):
     """For substeps n times shorter than the drag was chosen for, and with more drag; h = 1."""
-    rate = -0.5 * math.log1p(-q) / n + more
+    rate = DampedEuler.drag(1.0, q) / n + more
     s, g, q = math.exp(-rate), -math.expm1(-rate) / rate, q / n**2
     vv, va, aa = s * s * (1 + q) - 1, s * ((1 + q) * g - 1), g * ((1 + q) * g - 2)
     assert max(np.linalg.eigvalsh([[vv, va], [va, aa]])) < 1e-12
