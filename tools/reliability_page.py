@@ -69,7 +69,7 @@ def main(path: str) -> None:
         passed = sum(row[-1] == 'passed' for row in found)
         run = sum(row[-1] != 'skipped' for row in found)
         seconds = sum(float(case.attrib['time']) for case in cases)
-        text += [f'## {section}', table(('check', 'measured', 'result'), found)]
+        text += [f'### {section}', table(('check', 'measured', 'result'), found)]
         summary.append((section, f'{passed} of {run}', f'{seconds:.0f} s'))
     fill(PAGE, NAME, '\n\n'.join(text))
     fill(README, NAME, table(('tests', 'checks passed', 'duration'), summary))
