@@ -71,7 +71,7 @@ fuzz: $(VENV)/.ready-test-$(ROS)
 	$(RELIABILITY) $(IN)/test_fuzz_*.py
 
 faults: $(VENV)/.ready-test-$(ROS)
-	$(RELIABILITY) $(IN)/test_fault*.py $(IN)/test_node_failures.py $(IN)/test_live_states.py
+	$(RELIABILITY) $(IN)/test_fault*.py $(IN)/test_live_states.py
 
 soak: $(VENV)/.ready-test-$(ROS)
 	$(RELIABILITY) $(IN)/test_soak.py
