@@ -1,20 +1,23 @@
-# make run   a live cloth; SCENE=config/… picks another scene
+# make run        a live node; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
-# make pictures   the pictures of the README, into docs/pictures
-# make study      every figure of the README and docs/ anew; STUDY=--quick in minutes
-# make bench      what a substep costs, beside the machine's limit and other engines
-# make reliability  torture, extremes, fuzz and faults, and the page that they make; an hour
-# make torture    ten thousand random scenes; half an hour
-# make extremes   the extremes of every parameter
-# make fuzz       bad input of every kind, a hundred thousand cases; ten minutes
-# make faults     what a running node outlives: stops, clocks, subscribers, signals and more
-# make soak       a live node for an hour: memory, rate, warnings; SECONDS=… for another time
+# make pictures   render the pictures of the README, into docs/pictures
+# make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
+# make bench      cost of a substep, with the limit of the processor and other engines
+# make reliability    all of the following, and docs/reliability.md; more than two hours
+# make random-scenes  ten thousand random scenes; half an hour; SEED=… for others
+# make extremes       extremes of every parameter
+# make fuzz           bad input of every kind; a quarter of an hour
+# make faults         a running node: stops, clocks, subscribers, signals and more
+# make soak           a live node for an hour: memory, rate, warnings; SECONDS=… for another time
 # Each makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
 SECONDS ?= 3600
+SEED ?= 0
 VENV := .venv
+# Test files are shared by two processes: a live node of a test needs a core of its own.
+WORKERS := --numprocesses 2 --dist loadfile
 
 # Where ROS 2 is sourced, its own rclpy is used; elsewhere the wheels of ROS 2 Jazzy.
 ifneq ($(and $(ROS_DISTRO),$(AMENT_PREFIX_PATH)),)
@@ -23,7 +26,8 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test test-all pictures study bench reliability torture extremes fuzz faults soak clean
+.PHONY: run test test-all pictures study bench reliability random-scenes extremes fuzz faults soak \
+    clean
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -33,10 +37,10 @@ test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --no-cache
-	$(VENV)/bin/python -m pytest -m 'not slow' $(PYTEST_ARGS)
+	$(VENV)/bin/python -m pytest $(WORKERS) -m 'not slow' $(PYTEST_ARGS)
 
 test-all: $(VENV)/.ready-test-$(ROS)
-	$(VENV)/bin/python -m pytest -m slow $(PYTEST_ARGS)
+	$(VENV)/bin/python -m pytest $(WORKERS) -m slow $(PYTEST_ARGS)
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures
@@ -48,23 +52,29 @@ bench: $(VENV)/.ready-bench-$(ROS)
 	$(VENV)/bin/python -m pytest bench --benchmark-json=$(VENV)/bench.json $(BENCH_ARGS)
 	$(VENV)/bin/python -m bench.report $(VENV)/bench.json docs/bench
 
-reliability: torture extremes fuzz faults
-	$(VENV)/bin/python -m reliability.report
+# The long form of the reliability tests.
+RELIABILITY = $(VENV)/bin/python -m pytest -m reliability --long --timeout 0 \
+    --hypothesis-seed $(SEED) --soak-seconds $(SECONDS) $(PYTEST_ARGS)
+IN := test/reliability
 
-torture: $(VENV)/.ready-test-$(ROS)
-	$(VENV)/bin/python -m reliability.torture
+reliability: $(VENV)/.ready-test-$(ROS)
+	$(RELIABILITY) --junitxml $(VENV)/reliability.xml $(IN); code=$$?; \
+	$(VENV)/bin/python -m tools.reliability_page $(VENV)/reliability.xml && exit $$code
+
+random-scenes: $(VENV)/.ready-test-$(ROS)
+	$(RELIABILITY) $(IN)/test_random_scenes.py
 
 extremes: $(VENV)/.ready-test-$(ROS)
-	$(VENV)/bin/python -m reliability.extremes
+	$(RELIABILITY) $(IN)/test_extremes.py
 
 fuzz: $(VENV)/.ready-test-$(ROS)
-	$(VENV)/bin/python -m reliability.fuzz
+	$(RELIABILITY) $(IN)/test_fuzz_*.py
 
-faults: $(VENV)/.ready-run-$(ROS)
-	$(VENV)/bin/python -m reliability.faults
+faults: $(VENV)/.ready-test-$(ROS)
+	$(RELIABILITY) $(IN)/test_fault*.py $(IN)/test_node_failures.py $(IN)/test_live_states.py
 
-soak: $(VENV)/.ready-run-$(ROS)
-	$(VENV)/bin/python -m reliability.soak --seconds $(SECONDS)
+soak: $(VENV)/.ready-test-$(ROS)
+	$(RELIABILITY) $(IN)/test_soak.py
 
 $(VENV)/.ready-%: setup.py tools/environment.sh
 	@tools/environment.sh $(VENV) $*

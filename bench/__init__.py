@@ -1,1 +1,1 @@
-"""What the solver costs on this machine, beside the machine's own limit and other engines."""
+"""Benchmarks: cost of a substep, limit of the processor, and the same sheet in other engines."""

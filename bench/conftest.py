@@ -1,4 +1,4 @@
-"""What a benchmark is said to have run on."""
+"""Machine and software versions that pytest-benchmark records with its results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from cloth_ros.tradeoff.machine import describe
 
 
 def pytest_benchmark_generate_machine_info() -> dict[str, str]:
-    """Return processor and versions; the name of the host is nobody's business."""
+    """Return processor and versions, without the name of the host."""
     return describe()
 
 
 def pytest_benchmark_generate_commit_info() -> dict[str, Any]:
-    """Return nothing: results are kept in the repository, beside what they belong to."""
+    """Return nothing: results are committed together with the code that they belong to."""
     return {}

@@ -1,12 +1,12 @@
 """
-How a node starts on a machine where its kernels were never compiled.
+First start of a node: times to the first particles, to motion and to the last kernel.
 
     python -m bench.first_start [--seconds 60] [--domain 97] [SCENE…]
 
-For each scene a node is started with an empty cache of kernels, and this process subscribes to its
-particles.  Printed are the times from the start of the process to the first particles, to the
-first that move, and to the last kernel; and the longest gap between two ticks until --seconds
-after the first particles: between the times at which the node has sent its messages.
+For each scene, starts a node with an empty cache of kernels, and subscribes to its particles.
+Prints the times from the start of the process to the first particles, to the first that move, and
+to the end of all compilation; and the longest interval between the times at which the node sent
+two messages, within --seconds after the first particles.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Result(NamedTuple):
 
 
 def measure(scene: str, seconds: float, domain: int) -> Result:
-    """Start a node on a scene with an empty cache, listen to it, and end it."""
+    """Start a node with a scene and an empty cache, record what it sends, and end it."""
     context = Context()
     rclpy.init(context=context, domain_id=domain)
     listener, executor = Listener(context), SingleThreadedExecutor(context=context)
@@ -113,7 +113,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('scenes', nargs='*', default=_SCENES, metavar='SCENE')
     parser.add_argument('--seconds', type=float, default=60.0)
-    parser.add_argument('--domain', type=int, default=97, help='ROS domain that nobody else uses')
+    parser.add_argument('--domain', type=int, default=97, help='ROS domain without other nodes')
     arguments = parser.parse_args()
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     print(', '.join(f'{name} {value}' for name, value in describe().items()))

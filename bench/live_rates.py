@@ -1,11 +1,11 @@
 """
-How a live node keeps up: its ticks, its messages, and what commands cost it.
+Rates of a live node: ticks, messages, and processor time of commands.
 
     python -m bench.live_rates [--size 128] [--seconds 300] [--threads 1]
 
-Starts a node, subscribes to its particles and markers from this process, and prints what arrives
-and what the node's diagnostics say; then commands wind a thousand times a second, and prints what
-that costs the node.
+Starts a node, subscribes to its particles and markers from this process, and prints the rates of
+reception and the values of its diagnostics.  Then commands wind a thousand times per second, and
+prints the processor time that the node needs for it.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from cloth_ros.tradeoff.machine import describe
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 from ros import NODE, Probe, Process, environment, free_domain, probing
 
-_WIND_FOR = 10.0  # s, each with and without
+_COMMAND_FOR = 10.0  # s, of each period with and without commands
 
 
 class Listener(Probe):
-    """Subscribes as a recorder does, without looking into the messages."""
+    """Subscribe as a recorder does, without deserialising the messages."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
-        self.arrivals: dict[str, list[float]] = {'particles': [], 'markers': []}
+        self.received: dict[str, list[float]] = {'particles': [], 'markers': []}
         self.reports: list[dict[str, str]] = []
         subscribe = self.create_subscription
         subscribe(PointCloud2, '/cloth/particles', self._note('particles'), 5, raw=True)
@@ -45,7 +45,7 @@ class Listener(Probe):
         self.wind = self.create_publisher(Vector3Stamped, '/wind', 5)
 
     def _note(self, topic: str) -> Callable[[bytes], None]:
-        return lambda _: self.arrivals[topic].append(time.perf_counter())
+        return lambda _: self.received[topic].append(time.perf_counter())
 
     def _report(self, message: DiagnosticArray) -> None:
         (status,) = message.status
@@ -53,7 +53,7 @@ class Listener(Probe):
 
 
 def main() -> None:
-    """Measure and print."""
+    """Start a node, measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     parser.add_argument('--size', type=int, default=128)
     parser.add_argument('--seconds', type=float, default=300.0)
@@ -71,33 +71,37 @@ def main() -> None:
         start = time.perf_counter()
         node = Process(command, environment(domain))
         try:
-            listener.spin_until(lambda: listener.arrivals['particles'])
-            first = listener.arrivals['particles'][0] - start
+            listener.spin_until(lambda: listener.received['particles'])
+            first = listener.received['particles'][0] - start
+            # A node whose kernels are not compiled yet publishes a cloth that does not move.
+            listener.spin_until(
+                lambda: listener.reports and float(listener.reports[-1]['real-time factor']) > 0
+            )
             listener.spin_for(5.0)
             listener.reports.clear()
-            for times in listener.arrivals.values():
+            for times in listener.received.values():
                 times.clear()
             used = node.cpu_seconds
             listener.spin_for(arguments.seconds)
             used = node.cpu_seconds - used
             report(listener, arguments.seconds, used, first)
-            wind(listener, node)
+            report_commands(listener, node)
         finally:
             node.end()
 
 
 def report(listener: Listener, seconds: float, used: float, first: float) -> None:
-    """Print what arrived."""
+    """Print rates of reception, processor time, and values of the diagnostics."""
     print(', '.join(f'{name} {value}' for name, value in describe().items()))
     print(f'first particles {first:.2f} s after the start of the process')
     print(f'processor: {100 * used / seconds:.1f} % of a core')
-    for topic, times in listener.arrivals.items():
+    for topic, times in listener.received.items():
         intervals = np.diff(times)
-        missed = np.abs(intervals - np.median(intervals))
+        jitter = np.abs(intervals - np.median(intervals))
         print(
-            f'{topic}: {len(times) / seconds:.2f} a second, intervals off by '
-            f'{1e3 * np.percentile(missed, 99):.2f} ms (99th percentile), '
-            f'{1e3 * missed.max():.1f} ms (greatest)'
+            f'{topic}: {len(times) / seconds:.2f} per second, jitter '
+            f'{1e3 * np.percentile(jitter, 99):.2f} ms (99th percentile), '
+            f'{1e3 * jitter.max():.1f} ms (largest)'
         )
     for key in (
         'real-time factor',
@@ -106,26 +110,28 @@ def report(listener: Listener, seconds: float, used: float, first: float) -> Non
         'messages, 99th percentile [s]',
     ):
         values = np.array([float(each[key]) for each in listener.reports])
-        print(f'{key}: least {values.min():.4g}, median {np.median(values):.4g}, ', end='')
-        print(f'greatest {values.max():.4g}')
+        print(
+            f'{key}: smallest {values.min():.4g}, median {np.median(values):.4g}, '
+            f'largest {values.max():.4g}'
+        )
 
 
-def wind(listener: Listener, node: Process) -> None:
-    """Print what commands cost, in turns with and without."""
+def report_commands(listener: Listener, node: Process) -> None:
+    """Print the processor time with and without commands, measured alternately."""
     costs: dict[bool, list[float]] = {False: [], True: []}
-    for blowing in (False, True) * 3:
+    for commanding in (False, True) * 3:
         before, start, sent = node.cpu_seconds, time.perf_counter(), 0
-        while time.perf_counter() - start < _WIND_FOR:
-            if blowing and sent < 1000 * (time.perf_counter() - start):
+        while time.perf_counter() - start < _COMMAND_FOR:
+            if commanding and sent < 1000 * (time.perf_counter() - start):
                 listener.wind.publish(Vector3Stamped())
                 sent += 1
             else:
                 listener.spin_for(2e-4)
-        costs[blowing].append((node.cpu_seconds - before) / _WIND_FOR)
-        if blowing:
-            print(f'wind: {sent / _WIND_FOR:.0f} commands a second')
-    calm, windy = (100 * float(np.median(costs[blowing])) for blowing in (False, True))
-    print(f'processor without wind {calm:.1f} %, with {windy:.1f} % of a core')
+        costs[commanding].append((node.cpu_seconds - before) / _COMMAND_FOR)
+        if commanding:
+            print(f'wind: {sent / _COMMAND_FOR:.0f} commands per second')
+    calm, windy = (100 * float(np.median(costs[commanding])) for commanding in (False, True))
+    print(f'processor: {calm:.1f} % of a core without commands, {windy:.1f} % with')
 
 
 if __name__ == '__main__':

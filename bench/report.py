@@ -1,5 +1,5 @@
 """
-Turn what pytest-benchmark has measured into a table, a plot and a short JSON.
+Report of `make bench`: page, plot and short JSON from the results of pytest-benchmark.
 
     python -m bench.report RESULT.json FOLDER
 """
@@ -16,19 +16,26 @@ import matplotlib
 from cloth_ros.tradeoff.report import table
 from tools.marked_block import fill
 
-# Of a substep with all springs and gravity, per particle: 12 springs of 3 subtractions, 5
-# operations for the squared length, 2 for the tension and 6 to add it; kick, decay and drift take
-# 18 more.
+# Operations of a substep with all springs and gravity, per particle: for each of 12 springs, 3
+# subtractions, 5 operations for the squared length, 2 for the tension and 6 to add the force; 18
+# for kick, decay and drift.
 _OPERATIONS = 12 * 16 + 18
 _ROOTS = 12
-# Positions and velocities read, both written, and whether the particle moves; single precision.
+# Bytes per particle in single precision: positions and velocities read and written, pins read.
 _BYTES = 52
+
+# Names in the page for what `test_limits` measures.
+_LIMITS = {
+    'additions and multiplications': 'additions and multiplications',
+    'reciprocal roots': 'reciprocal square roots',
+    'bytes moved': 'bytes of memory traffic',
+}
 
 Entry = dict[str, Any]
 
 
 def load(path: Path) -> dict[str, Any]:
-    """Return the machine and what was measured, without the bulk of single runs."""
+    """Return machine and statistics of each benchmark, without the times of single rounds."""
     result = json.loads(path.read_text())
     entries = []
     for benchmark in result['benchmarks']:
@@ -40,8 +47,12 @@ def load(path: Path) -> dict[str, Any]:
 
 
 def _per_step(entry: Entry, key: str = 'median') -> float:
-    """Return ns per particle and substep."""
+    """Return the time per particle and substep, ns."""
     return float(1e9 * entry[key] / entry['steps'])
+
+
+def _threads(count: int) -> str:
+    return f'{count} thread' + 's' * (count > 1)
 
 
 def _spread(entry: Entry) -> str:
@@ -50,13 +61,13 @@ def _spread(entry: Entry) -> str:
 
 
 class Report:
-    """The result of `make bench`, in words."""
+    """Texts and plot of a result of `make bench`."""
 
     def __init__(self, result: dict[str, Any]) -> None:
         self._result = result
         self._entries: list[Entry] = result['entries']
 
-    def _of(self, table: str, **wanted: object) -> list[Entry]:
+    def _select(self, table: str, **wanted: object) -> list[Entry]:
         return [
             entry
             for entry in self._entries
@@ -65,35 +76,35 @@ class Report:
         ]
 
     def limit(self) -> float:
-        """Return what the arithmetic of a substep would take alone, ns per particle."""
+        """Return the time of the arithmetic of a substep alone, ns per particle."""
         rates = {
             entry['what']: entry['steps'] / entry['median']
-            for entry in self._of('limit', precision='single')
+            for entry in self._select('limit', precision='single')
         }
         operations = _OPERATIONS / rates['additions and multiplications']
         return float(1e9 * (operations + _ROOTS / rates['reciprocal roots']))
 
     def memory_limit(self) -> float:
-        """Return what moving the particles through memory would take alone, ns per particle."""
-        (entry,) = self._of('limit', what='bytes moved')
+        """Return the time of the memory traffic of a substep alone, ns per particle."""
+        (entry,) = self._select('limit', what='bytes moved')
         return float(1e9 * _BYTES / (entry['steps'] / entry['median']))
 
     def text(self) -> str:
         """Return the page."""
         machine = ', '.join(f'{name} {value}' for name, value in self._result['machine'].items())
         lines = [
-            '# What a substep costs',
+            '# Cost of a substep',
             '',
-            'Made by `make bench`. Medians, and in brackets the quartiles.',
+            'Written by `make bench`. Values are medians, with the quartiles in parentheses.',
             '',
             f'Machine: {machine}.',
             '',
-            '![Cost by size](cost.png)',
+            '![Cost of a substep by size of the sheet](cost.png)',
             '',
-            '## By size',
+            '## Cost by size of the sheet',
             '',
-            'Nanoseconds per particle and substep of position Verlet, with springs of all '
-            'families and gravity.',
+            'Nanoseconds per particle and substep of position Verlet, with all three types of '
+            'springs and gravity.',
             '',
             *self._sizes(),
             *self._limits(),
@@ -104,82 +115,84 @@ class Report:
 
     def _sizes(self) -> list[str]:
         columns = sorted(
-            {(entry['precision'], entry['threads']) for entry in self._of('size')},
+            {(entry['precision'], entry['threads']) for entry in self._select('size')},
             key=lambda column: (column[0] == 'double', column[1]),
         )
-        names = [f'{precision}, {threads} thread(s)' for precision, threads in columns]
+        names = [f'{precision}, {_threads(threads)}' for precision, threads in columns]
         rows = []
-        for size in sorted({entry['size'] for entry in self._of('size')}):
+        for size in sorted({entry['size'] for entry in self._select('size')}):
             row: list[object] = [f'{size} × {size}']
             for precision, threads in columns:
-                found = self._of('size', size=size, precision=precision, threads=threads)
+                found = self._select('size', size=size, precision=precision, threads=threads)
                 row += [_spread(entry) for entry in found] or ['']
             rows.append(row)
         return [table(['sheet', *names], rows), '']
 
     def _limits(self) -> list[str]:
         lines = [
-            '## Beside the limit of the machine',
+            '## Comparison with the limit of the processor',
             '',
-            f'A substep takes {_OPERATIONS} additions and multiplications and {_ROOTS} reciprocal '
-            f'roots a particle, and moves {_BYTES} bytes where the sheet is in no cache. Measured '
-            'here, on one core, in single precision:',
+            f'Per particle, a substep takes {_OPERATIONS} additions and multiplications, '
+            f'{_ROOTS} reciprocal square roots, and, for sheets larger than the caches, {_BYTES} '
+            'bytes of memory traffic. Rates measured on one core in single precision:',
             '',
         ]
         rows = [
-            (entry['what'], f'{1e-9 * entry["steps"] / entry["median"]:.1f} thousand million/s')
-            for entry in self._of('limit', precision='single')
+            (_LIMITS[entry['what']], f'{1e-9 * entry["steps"] / entry["median"]:.1f}')
+            for entry in self._select('limit', precision='single')
         ]
-        lines += [table(['what', 'rate'], rows), '']
+        lines += [table(['quantity', 'rate [10⁹/s]'], rows), '']
         limit, memory = self.limit(), self.memory_limit()
         lines += [
-            f'That alone is {limit:.2f} ns of arithmetic, and {memory:.2f} ns of memory outside '
-            'the caches. Share of the greater one that the solver reaches, with one thread:',
+            f'These rates allow {limit:.2f} ns for the arithmetic, and {memory:.2f} ns for the '
+            'memory traffic. The limit is the arithmetic, and for 1024 × 1024 the larger of the '
+            'two. Limit / measured time, one thread:',
             '',
         ]
         rows = []
         for size in (64, 128, 256, 1024):
-            for entry in self._of('size', size=size, precision='single', threads=1):
+            for entry in self._select('size', size=size, precision='single', threads=1):
                 bound = max(limit, memory) if size >= 1024 else limit
                 rows.append((f'{size} × {size}', f'{100 * bound / _per_step(entry):.0f} %'))
         return [*lines, table(['sheet', 'share'], rows), '']
 
     def _effects(self) -> list[str]:
-        base = _per_step(self._of('effect', effect='all springs and gravity')[0])
+        base = _per_step(self._select('effect', effect='all springs and gravity')[0])
         rows = [
             (entry['effect'], _spread(entry), f'{100 * (_per_step(entry) / base - 1):+.0f} %')
-            for entry in self._of('effect')
+            for entry in self._select('effect')
         ]
         lines = [
-            '## What an effect costs',
+            '## Cost of each effect',
             '',
-            '128 × 128, single precision, one thread. Air and dashpots act in one of several '
-            'substeps, the fewer the stronger they are.',
+            '128 × 128, single precision, one thread. Air and dashpots are evaluated in one of '
+            'several substeps, more often the stronger they are.',
             '',
-            table(['scene', 'ns', 'beside all springs and gravity'], rows),
+            table(['scene', 'time [ns]', 'difference to all springs and gravity'], rows),
             '',
-            'A free sheet of 64 × 64 particles that lies on a sphere:',
+            'In contact: a free sheet of 64 × 64 particles that lies on a sphere.',
             '',
         ]
         rows = [
             (f'{entry["radius"]:g} m', entry['touching'], _spread(entry))
-            for entry in self._of('contact')
+            for entry in self._select('contact')
         ]
-        return [*lines, table(['radius', 'particles near the sphere', 'ns'], rows), '']
+        return [*lines, table(['radius', 'particles near the sphere', 'time [ns]'], rows), '']
 
     def _engines(self) -> list[str]:
         lines = [
-            '## Beside other engines',
+            '## Comparison with other engines',
             '',
-            'How many times faster than real time a sheet of 1 m and 0.2 kg hangs from two '
-            'corners, one thread, 60 ticks a second. Their models differ, so the largest strain '
-            'after a second stands beside it. NumPy and Taichi make the same steps as '
-            'this solver.',
+            'Real-time factor (simulated time / wall-clock time) of a sheet of 1 m × 1 m and '
+            '0.2 kg that hangs from two corners, with one thread and 60 ticks per second. Each '
+            'engine has the fastest setting found that is stable and does not stretch too far; '
+            'the models differ, so the table also lists the largest strain after 1 s. The NumPy '
+            'and Taichi programs make the same substeps as this package.',
             '',
         ]
         rows = []
-        for entry in sorted(self._of('engine'), key=lambda e: (e['size'], e['median'])):
-            own = self._of('engine', size=entry['size'], engine='cloth_ros')[0]
+        for entry in sorted(self._select('engine'), key=lambda e: (e['size'], e['median'])):
+            own = self._select('engine', size=entry['size'], engine='cloth_ros')[0]
             rows.append(
                 (
                     f'{entry["size"]} × {entry["size"]}',
@@ -190,7 +203,7 @@ class Report:
                     entry['settings'],
                 )
             )
-        header = ['sheet', 'engine', 'real-time factor', 'times slower', 'strain', 'settings']
+        header = ['sheet', 'engine', 'real-time factor', 'time / ours', 'strain', 'settings']
         return [*lines, table(header, rows), '']
 
     def draw(self, folder: Path) -> None:
@@ -203,33 +216,33 @@ class Report:
         axes = figure.add_subplot()
         for precision, colour in (('single', '#1b6ca8'), ('double', '#c8553d')):
             for threads, style in ((1, 'o-'), (2, 's--')):
-                entries = self._of('size', precision=precision, threads=threads)
+                entries = self._select('size', precision=precision, threads=threads)
                 if entries:
-                    label = f'{precision} precision, {threads} thread' + 's' * (threads > 1)
+                    label = f'{precision} precision, {_threads(threads)}'
                     self._line(axes, entries, style, colour, label)
         for name, colour in (('NumPy', '#6b4e71'), ('Taichi', '#3a7d44')):
             entries = [
                 {**entry, 'steps': entry['particle_steps']}
-                for entry in self._of('engine')
+                for entry in self._select('engine')
                 if entry['engine'].startswith(name)
             ]
             if entries:
-                self._line(axes, entries, '^:', colour, f'{entries[0]["engine"]}, the same steps')
+                self._line(axes, entries, '^:', colour, f'{entries[0]["engine"]}, same substeps')
         axes.axhline(
             self.limit(),
             color='#888888',
             linewidth=4,
             alpha=0.4,
-            label='the arithmetic of a step alone, single precision',
+            label='arithmetic alone, single precision',
         )
         axes.set_xscale('log', base=2)
         axes.set_yscale('log')
         axes.set_ylim(bottom=1)
         axes.xaxis.set_major_formatter('{x:g}²')
         axes.yaxis.set_major_formatter('{x:g}')
-        axes.set_xlabel('particles of the sheet')
+        axes.set_xlabel('particles')
         axes.set_ylabel('ns per particle and substep')
-        axes.set_title(f'What a substep costs: {self._result["machine"]["processor"]}')
+        axes.set_title(f'Cost of a substep: {self._result["machine"]["processor"]}')
         axes.grid(alpha=0.3, which='both')
         axes.legend()
         for kind in ('png', 'svg'):
@@ -246,25 +259,25 @@ class Report:
     def summary(self) -> str:
         """Return the table for the README: real-time factors by engine and size."""
         engines: dict[str, dict[int, Entry]] = {}
-        for entry in self._of('engine'):
+        for entry in self._select('engine'):
             engines.setdefault(entry['engine'], {})[entry['size']] = entry
-        sizes = sorted({entry['size'] for entry in self._of('engine')})
+        sizes = sorted({entry['size'] for entry in self._select('engine')})
         rows = [
             [name, *(f'{1 / 60 / of[size]["median"]:.3g}' if size in of else '' for size in sizes)]
             for name, of in engines.items()
         ]
-        header = ['times real time, one thread', *(f'{size} × {size}' for size in sizes)]
+        header = ['real-time factor, one thread', *(f'{size} × {size}' for size in sizes)]
         machine = self._result['machine']
         where = f'{machine["processor"]}, {machine["vector instructions"]}'
         return f'{table(header, rows)}\n\nMeasured on: {where}.'
 
     def insert(self, readme: Path) -> None:
-        """Put the summary into the README, between its marks."""
+        """Write the summary between its marks in the README."""
         fill(readme, 'make bench', self.summary())
 
 
 def main() -> None:
-    """Write the page, the plot, the JSON and the README's table."""
+    """Write the page, the plot, the short JSON and the table of the README."""
     source, folder = Path(sys.argv[1]), Path(sys.argv[2])
     folder.mkdir(parents=True, exist_ok=True)
     result = load(source)

@@ -1,4 +1,4 @@
-"""The machine's own limit: how fast it adds and multiplies, takes roots, and moves memory."""
+"""Limits of the processor: rates of additions and multiplications, roots, and memory."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from cloth_ros.model.kernels.jit import inlined, kernel
 
 from .sheets import timed
 
-# Elements that stay in the first cache, and elements that fit in none.
-NEAR, FAR = 2048, 16_000_000
-# Operations on an element between load and store; in one loop, they would not be vectorised.
+# Numbers of elements that fit into the first-level cache, and into no cache.
+IN_CACHE, IN_MEMORY = 2048, 16_000_000
+# Dependent operations per element in each of four chains.  They are written out by inlined
+# functions: with an inner loop, the loop over elements would not be vectorised.
 CHAIN = 32
 
 
@@ -31,7 +32,7 @@ def _sixteen(x, factor, term):  # type: ignore[no-untyped-def]
 
 @kernel
 def multiply_and_add(values, factor, term):  # type: ignore[no-untyped-def]
-    """Take 2 · 4 · CHAIN operations for each element, in four chains."""
+    """Make 2 · 4 · CHAIN operations per element, in four chains."""
     for i in range(np.uint64(values.size)):
         x = values[i]
         y, z, w = x + term, x - term, x * term
@@ -52,7 +53,7 @@ def _roots(x, term):  # type: ignore[no-untyped-def]
 
 @kernel
 def take_roots(values, term):  # type: ignore[no-untyped-def]
-    """Take CHAIN reciprocal roots of each element, in four chains."""
+    """Compute CHAIN reciprocal square roots per element, in four chains."""
     for i in range(np.uint64(values.size)):
         x = values[i]
         y, z, w = x + term, x + term + term, x * term
@@ -63,17 +64,17 @@ def take_roots(values, term):  # type: ignore[no-untyped-def]
 
 @kernel
 def move(source, more, out, factor):  # type: ignore[no-untyped-def]
-    """Read two numbers and write one."""
+    """Read two numbers and write one, per element."""
     for i in range(np.uint64(out.size)):
         out[i] = source[i] + factor * more[i]
 
 
 @pytest.mark.parametrize('precision', ['single', 'double'])
 def test_arithmetic(benchmark, precision):
-    """Fused multiplications and additions, two operations each."""
+    """Fused multiply-adds, counted as two operations each."""
     number = np.float32 if precision == 'single' else np.float64
-    values = np.ones(NEAR, number)
-    operations = 8 * CHAIN * NEAR
+    values = np.ones(IN_CACHE, number)
+    operations = 8 * CHAIN * IN_CACHE
     timed(
         benchmark,
         lambda: [multiply_and_add(values, number(0.5), number(0.5)) for _ in range(10)],
@@ -86,13 +87,13 @@ def test_arithmetic(benchmark, precision):
 
 @pytest.mark.parametrize('precision', ['single', 'double'])
 def test_roots(benchmark, precision):
-    """Reciprocal roots, to full precision."""
+    """Reciprocal square roots to full precision."""
     number = np.float32 if precision == 'single' else np.float64
-    values = np.ones(NEAR, number)
+    values = np.ones(IN_CACHE, number)
     timed(
         benchmark,
         lambda: [take_roots(values, number(1)) for _ in range(10)],
-        10 * CHAIN * NEAR,
+        10 * CHAIN * IN_CACHE,
         table='limit',
         what='reciprocal roots',
         precision=precision,
@@ -100,12 +101,12 @@ def test_roots(benchmark, precision):
 
 
 def test_memory(benchmark):
-    """Memory that is in no cache."""
-    source, more, out = (np.ones(FAR, np.float32) for _ in range(3))
+    """Bandwidth of the memory, outside the caches."""
+    source, more, out = (np.ones(IN_MEMORY, np.float32) for _ in range(3))
     timed(
         benchmark,
         lambda: move(source, more, out, np.float32(2)),
-        12 * FAR,
+        12 * IN_MEMORY,
         table='limit',
         what='bytes moved',
         precision='single',

@@ -1,4 +1,4 @@
-"""The solver: by size, precision and threads, and what each effect adds."""
+"""Cost of a substep: by size, precision and threads, by effect, and in contact."""
 
 from __future__ import annotations
 
@@ -49,13 +49,13 @@ EFFECTS = {
 
 @pytest.mark.parametrize('effect', EFFECTS)
 def test_effect(benchmark, effect):
-    """What an effect costs at 128 × 128, in single precision and one thread."""
+    """A scene with one effect more or less, 128 × 128, single precision, one thread."""
     time_substeps(benchmark, Cloth(scene(128, **EFFECTS[effect])), table='effect', effect=effect)
 
 
 @pytest.mark.parametrize('radius', [0.05, 0.2])
 def test_contact(benchmark, radius):
-    """A free sheet of 64 × 64 that has come to lie on a sphere."""
+    """A free sheet of 64 × 64 that lies on a sphere."""
     cloth = Cloth(
         scene(
             64,

@@ -13,15 +13,15 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-_PATIENCE = 10.0  # s, for the cloth to be found
+_LONGEST = 10.0  # s, until the cloth is discovered
 
 
 def wait_until(condition, what: str) -> None:
-    """Wait for discovery; leave with one line if it takes too long."""
-    end = time.monotonic() + _PATIENCE
+    """Wait for discovery; exit with one line if it takes too long."""
+    end = time.monotonic() + _LONGEST
     while not condition():
         if time.monotonic() > end:
-            raise SystemExit(f'no cloth listens to {what}; is the node running on this domain?')
+            raise SystemExit(f'no cloth found on {what}; is the node running on this domain?')
         time.sleep(0.02)
 
 
@@ -68,10 +68,10 @@ def main() -> None:
     parser.add_argument('--sphere', **xyz, help='centre to move the sphere to, m')
     parser.add_argument('--from', dest='start', **xyz, help='where the sphere starts, m')
     parser.add_argument(
-        '--over', type=float, default=1.0, help='s, for the way from there (default 1)'
+        '--over', type=float, default=1.0, help='s, for the path from there (default 1)'
     )
-    parser.add_argument('--pause', action='store_true', help='hold the cloth still')
-    parser.add_argument('--resume', action='store_true', help='let it go on')
+    parser.add_argument('--pause', action='store_true', help='stop the time of the cloth')
+    parser.add_argument('--resume', action='store_true', help='let time pass again')
     parser.add_argument('--reset', action='store_true', help='back to the initial state')
     options = parser.parse_args()
     if not any((options.wind, options.sphere, options.pause, options.resume, options.reset)):

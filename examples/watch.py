@@ -1,4 +1,4 @@
-"""Watch a running cloth: what it publishes, in a line each second."""
+"""Print one line per second about the particles that a running cloth publishes."""
 
 import signal
 import threading
@@ -13,7 +13,7 @@ from sensor_msgs.msg import PointCloud2
 
 
 class Watch(Node):
-    """Reads the particles as an array and prints what they do."""
+    """Read the particles as an array and print their extent and speed."""
 
     def __init__(self) -> None:
         super().__init__('cloth_watch')
@@ -26,7 +26,7 @@ class Watch(Node):
         seconds = time.monotonic() - self._since
         if seconds < 1.0:
             return
-        # Organised: one row of the array is one row of the sheet, x y z vx vy vz.
+        # Organised: one row of the array is one row of the sheet; x y z vx vy vz of each.
         numbers = np.frombuffer(message.data, np.float32)
         particles = numbers.reshape(message.height, message.width, 6)
         low, high = particles[..., :3].min((0, 1)), particles[..., :3].max((0, 1))
@@ -40,8 +40,8 @@ class Watch(Node):
 
 def main() -> None:
     """Watch until Ctrl-C."""
-    # It only leaves word: raised within rclpy, or ending the context under a call of it, it would
-    # be an error now and then.
+    # The handler only sets a flag: an exception raised within rclpy, or a context that ends during
+    # one of its calls, would now and then be reported as an error.
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())

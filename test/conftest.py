@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+
+# Before NumPy is imported: its own threads would compete with live nodes and with other tests.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -24,11 +29,13 @@ for profile, count in (('short', 200), ('medium', 500), ('long', 10_000)):
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption('--long', action='store_true', help='the long form of reliability tests')
+    parser.addoption('--soak-seconds', type=float, default=3600.0, help='of the soak test, long')
 
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line('markers', 'reliability: random scenes, extremes, bad input, faults')
     config.addinivalue_line('markers', 'long: part of the long form only')
+    config.addinivalue_line('markers', 'slow: not in `make test` but in `make test-all`')
     if not config.getoption('--hypothesis-profile', None):
         settings.load_profile('long' if config.getoption('--long') else 'short')
 

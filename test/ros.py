@@ -64,12 +64,8 @@ def free_domain() -> Iterator[int]:
 
 
 def _remove_stale_ports(domain: int) -> None:
-    """
-    Remove the shared memory ports that killed participants have left in a domain.
-
-    A participant that reuses such a port finds a mutex that is never released, and may lose
-    messages for seconds or for good.
-    """
+    # Killed participants leave ports in shared memory.  Who reuses one finds a mutex that is never
+    # released, and may lose messages for seconds or for good.
     first = 7400 + 250 * domain  # by the standard of DDS
     for path in Path('/dev/shm').glob('*fastrtps_port*'):
         number = re.search(r'fastrtps_port(\d+)', path.name)
@@ -312,29 +308,16 @@ def regular(stamps: list[float], period: float) -> bool:
 
 
 class ReceivedCloud(NamedTuple):
-    """
-    Reception of one message of particles.
+    """Reception of one message of particles."""
 
-    Attributes
-    ----------
-    at, sent
-        Times of reception and of publication, s, by the steady clock here and by the system clock
-        of the node.
-    stamp
-        In the header, s.
-    number
-        Sequence number of its publisher.
-
-    """
-
-    at: float
-    sent: float
-    stamp: float
-    number: int
+    at: float  # s, by the steady clock here
+    sent: float  # s, by the system clock of the node
+    stamp: float  # s, in the header
+    number: int  # of its publisher
 
 
 class Report(NamedTuple):
-    """One message of /diagnostics: time of reception, level, text, and values by name."""
+    """One message of /diagnostics, received at a time in s."""
 
     at: float
     level: bytes
@@ -353,17 +336,7 @@ class Report(NamedTuple):
 
 
 class Listener(Probe):
-    """
-    Records what the node publishes.
-
-    Attributes
-    ----------
-    particles, reports
-        Received messages of the two topics, in their order.
-    not_finite
-        Number of messages of particles that contain NaN or infinity.
-
-    """
+    """Records particles and reports of the node, and how many particles are not finite."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)

@@ -363,18 +363,18 @@ def test_the_example_watches_it(start_cloth, start):
     assert 'Traceback' not in watch.output
 
 
-def test_the_greeting_names_the_commands_or_the_error(start, tmp_path):
-    greet = (sys.executable, '-m', 'tools.greet', 'python')
-    greeting = start(*greet, 'config/gust.yaml')
-    assert greeting.stop(0, patience=30.0) == 0
-    assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in greeting.output
-    assert '--sphere' not in start(*greet, 'config/hanging.yaml').output
+def test_usage_names_the_commands_or_the_error(start, tmp_path):
+    command = (sys.executable, '-m', 'tools.usage', 'python')
+    usage = start(*command, 'config/gust.yaml')
+    assert usage.stop(0, patience=30.0) == 0
+    assert '--from 0 -0.6 1.4 --sphere 0 0 1.5' in usage.output
+    assert '--sphere' not in start(*command, 'config/hanging.yaml').output
     path = tmp_path / 'bad.yaml'
     path.write_text('/**: {ros__parameters: {sheet: {rows: -3}}}')
-    refusal = start(*greet, str(path))
-    assert refusal.stop(0, patience=30.0) == 1
-    assert 'sheet.rows is -3' in refusal.output
-    assert len(refusal.output.splitlines()) == 1
+    rejection = start(*command, str(path))
+    assert rejection.stop(0, patience=30.0) == 1
+    assert 'sheet.rows is -3' in rejection.output
+    assert len(rejection.output.splitlines()) == 1
 
 
 def test_no_process_is_left_behind():

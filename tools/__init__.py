@@ -1,1 +1,1 @@
-"""What `make` calls."""
+"""Scripts behind `make`."""

@@ -1,4 +1,4 @@
-"""Text in a page that a command writes, between two marks that a person has set."""
+"""Generated parts of a Markdown page: replace the text between two marks."""
 
 from __future__ import annotations
 
@@ -6,18 +6,27 @@ from pathlib import Path
 
 
 def marks(name: str) -> tuple[str, str]:
-    """Return the marks around what the command `name` writes."""
+    """Return the marks around the text that the command `name` generates."""
     return f'<!-- {name}: begin -->', f'<!-- {name}: end -->'
 
 
 def fill(page: Path, name: str, text: str) -> None:
     """
-    Replace what stands between the marks of a command.
+    Replace the text between the marks of a command.
+
+    Parameters
+    ----------
+    page
+        Markdown file, which contains one pair of marks.
+    name
+        Command, as in the marks.
+    text
+        New text.
 
     Raises
     ------
     ValueError
-        The page has not just one pair of them.
+        The page does not contain exactly one pair of marks.
 
     """
     begin, end = marks(name)

@@ -1,18 +1,25 @@
 """
-The table of parameters in the README, made from the scene.
+Table of all parameters in docs/parameters.md, generated from the scene.
 
     python -m tools.parameter_table
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from cloth_ros import Scene
 from cloth_ros.scene.parameter import PARAMETERS
 
+from .marked_block import fill
+
+_COMMAND = 'python -m tools.parameter_table'
+_PAGE = Path(__file__).parent.parent / 'docs' / 'parameters.md'
+
 
 def _yaml(value: Any) -> str:
+    """Return a value as it is written in a scene file."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
@@ -22,8 +29,8 @@ def _yaml(value: Any) -> str:
 
 
 def parameter_table() -> str:
-    """Return the table in Markdown: name, default, unit, range, meaning."""
-    lines = ['| parameter | default | unit | range | |', '| --- | --- | --- | --- | --- |']
+    """Return the table in Markdown: name, default, unit, range and meaning of each parameter."""
+    lines = ['| parameter | default | unit | range | meaning |', '| --- | --- | --- | --- | --- |']
     for name, value in Scene().flat().items():
         known = PARAMETERS[name]
         allowed = known.range_text.removesuffix(known.unit).rstrip()
@@ -35,4 +42,4 @@ def parameter_table() -> str:
 
 
 if __name__ == '__main__':
-    print(parameter_table())
+    fill(_PAGE, _COMMAND, parameter_table())

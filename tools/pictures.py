@@ -3,8 +3,8 @@ Render the scenes for the README.
 
     python -m tools.pictures DIRECTORY
 
-Each picture is the state of a scene in config/ after a time, with the commands that the text
-beside it in the README tells of.  Drawn off screen; VTK needs EGL or OSMesa for that.
+Each picture shows a scene of config/ at the time, and after the commands, that the README states.
+Rendering is off screen; VTK needs EGL or OSMesa for it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SIZE = (900, 720)
 
 
 class View(NamedTuple):
-    """Where the camera stands and looks, m, and where the floor is drawn."""
+    """Position and focal point of the camera, and height of the floor, m."""
 
     eye: tuple[float, float, float]
     focus: tuple[float, float, float]
@@ -32,10 +32,11 @@ class View(NamedTuple):
 
 
 def _mesh(positions: np.ndarray) -> pyvista.PolyData:
+    """Return both triangles of every quad of the grid."""
     rows, columns, _ = positions.shape
     index = np.arange(rows * columns).reshape(rows, columns)
-    near, right, down, far = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
-    corners = np.stack([near, right, down, far, down, right], axis=-1).reshape(-1, 3)
+    corner, right, down, opposite = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    corners = np.stack([corner, right, down, opposite, down, right], axis=-1).reshape(-1, 3)
     return pyvista.PolyData.from_regular_faces(positions.reshape(-1, 3), corners)
 
 
@@ -55,7 +56,7 @@ def render(cloth: Cloth, path: Path, view: View) -> None:
         specular_power=8,
     )
     if scene.sphere.radius > 0:
-        # A little smaller than it is, as the flat facets of the drawn cloth would cut into it.
+        # Slightly smaller: the flat triangles of the cloth would intersect a sphere of full size.
         ball = pyvista.Sphere(
             radius=0.99 * scene.sphere.radius,
             center=cloth.sphere_position,
@@ -92,6 +93,7 @@ def render(cloth: Cloth, path: Path, view: View) -> None:
 
 
 def _run(scene: str, seconds: float, command: Callable[[Cloth], None] | None = None) -> Cloth:
+    """Return the cloth of a scene after some seconds; `command` is called before each tick."""
     cloth = Cloth(Scene.from_yaml(_CONFIG / scene))
     for _ in range(round(seconds * 60)):
         if command is not None:
@@ -101,12 +103,12 @@ def _run(scene: str, seconds: float, command: Callable[[Cloth], None] | None = N
 
 
 def _push(cloth: Cloth) -> None:
-    """Move the small sphere from 1.5 m to 0.6 m at 20 m/s."""
+    """Move the small sphere from a height of 1.5 m down to 0.6 m at 20 m/s."""
     cloth.move_sphere((0.0, 0.0, max(1.5 - 20 * (cloth.time + 1 / 60), 0.6)))
 
 
 def main() -> None:
-    """Render every picture into the directory that the command line names."""
+    """Render every picture into the directory of the command line."""
     directory = Path(sys.argv[1] if len(sys.argv) > 1 else 'docs/pictures')
     directory.mkdir(parents=True, exist_ok=True)
     hanging = View((1.8, -2.8, 1.75), (0, -0.2, 1.0), 0.35)

@@ -1,13 +1,12 @@
 """
-MuJoCo: a two-dimensional flex on a grid, its stretching elasticity integrated implicitly.
+MuJoCo: a two-dimensional flex on a grid, whose elasticity is integrated implicitly.
 
-MuJoCo refuses the implicit integrators for an elastic flex and asks for `discrete`; contacts are
-off because none are wanted.  Edge constraints, the other way to make cloth, were slower wherever
-they were as stiff.  One step a tick is stable, and four times as fast as this, but takes so much
-energy that the sheet falls and swings too slowly: at 1 s its lowest point is 0.63 m below the
-pins, where it should be 0.15 m.  With 2 and 4 steps it is 0.34 and 0.21 m; four are taken.
-From 128 × 128 on MuJoCo warns that the inertia matrix is too close to singular, and the motion
-differs from that of coarser sheets.
+MuJoCo rejects its implicit integrators for an elastic flex and requires `discrete`.  Contacts are
+disabled.  Edge constraints, the other model of cloth, were slower at equal stiffness.  One step
+per tick is stable and four times as fast as this, but dissipates so much energy that the sheet
+falls too slowly: after 1 s its lowest point is 0.63 m below the pins instead of 0.15 m.  With 2
+and 4 steps it is 0.34 and 0.21 m; this benchmark uses 4.  From 128 × 128 on MuJoCo warns that the
+inertia matrix is nearly singular, and the motion differs from that of coarser sheets.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ NAME = 'MuJoCo flex'
 _TICK = 1 / 60
 _STEPS = 4
 
-# The springs of the sheet, seen from afar, are a membrane of 950 N/m along its rows and columns
+# In the continuum limit the springs of the sheet are a membrane of 950 N/m along rows and columns
 # (500, 250 by the diagonals, 200 by the springs across two spacings): E d / (1 - nu**2).
 _THICKNESS = 1e-3
 _POISSON = 0.25
@@ -68,7 +67,7 @@ class Sheet:
                 young=_YOUNG,
                 poisson=_POISSON,
                 thickness=_THICKNESS,
-                # MuJoCo's grid counts along y first.
+                # The first index of MuJoCo's grid is that along y.
                 corner=size * (size - 1),
             )
         )

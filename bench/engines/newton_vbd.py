@@ -1,12 +1,12 @@
 """
 Newton: vertex block descent on the CPU, through Warp.
 
-As in Newton's own cloth examples, the sheet is a grid of elastic triangles, its vertices are
-coloured, and all substeps of a frame are captured once and replayed.  The examples take 10
-iterations in each of 10 substeps.  One iteration in each of more substeps costs less where it
-stretches as little, and here they are the fewest that keep the largest strain after 1 s below
-0.3, up to 64 × 64.  Newton's springs could be those of our sheet exactly, but were no faster at
-the same strain, and some numbers of substeps and iterations made them fly apart.
+As in Newton's cloth examples, the sheet is a grid of elastic triangles with coloured vertices, and
+the substeps of a tick are captured once and replayed.  The examples use 10 substeps of 10
+iterations.  More substeps of one iteration cost less at equal strain; their number is the least
+that keeps the largest strain after 1 s below 0.3, up to 64 × 64.  Newton's springs could have the
+stencil of this sheet, but were not faster at equal strain, and unstable with some numbers of
+substeps and iterations.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ NAME = 'Newton VBD'
 
 _TICK = 1 / 60
 
-# Even, so that a captured tick ends in the state it began with.
+# Even: the two states are swapped in each substep, and a captured tick must end with the first.
 _SUBSTEPS = {16: 6, 32: 12, 64: 28, 128: 80}
 
-# The springs of the sheet, seen from afar, are a membrane of 950 N/m along its rows and columns
+# In the continuum limit the springs of the sheet are a membrane of 950 N/m along rows and columns
 # (500, 250 by the diagonals, 200 by the springs across two spacings) and of 250 N/m in shear and
-# across.  Newton's parameters are Lamé's: these keep the first, ka + 2 ke, and the last, ka.
+# across.  Newton's parameters are Lamé's; these preserve the first, ka + 2 ke, and the last, ka.
 _KE = 350.0
 _KA = 250.0
 
@@ -77,7 +77,7 @@ class Sheet:
         self._state = self._model.state()
         self._next = self._model.state()
 
-        # What Warp loads at the first launch cannot be captured: one tick for it, then back.
+        # Warp loads code at the first launch, which cannot be captured: one tick, then a reset.
         self._tick()
         self._state.assign(self._model.state())
         with warp.ScopedCapture() as capture:

@@ -1,10 +1,10 @@
 """
 PyBullet: a soft body of springs in its deformable world.
 
-As in PyBullet's cloth examples (`deformable_anchor.py`), a mesh from a file, anchored at two of
-its vertices, with bending springs between second neighbours.  Springs are integrated explicitly,
-damped ones by conjugate gradients, so that damping costs more than the substeps that it saves;
-the substeps are the fewest that did not fly apart.
+As in PyBullet's cloth examples (`deformable_anchor.py`), a mesh from a file, anchored at two
+vertices, with bending springs between second neighbours.  Undamped springs are integrated
+explicitly, damped ones by conjugate gradients: damping costs more than the substeps that it saves.
+The number of substeps is the least that was stable.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NAME = 'PyBullet'
 
 _TICK = 1 / 60
 
-# A mesh has one diagonal a cell, at the stiffness of the sides: in sum that of our two.
+# A mesh has one diagonal per cell, as stiff as the sides: equal to the sum of our two.
 _STIFFNESS = 500.0
 _BENDING = 50.0
 
@@ -76,7 +76,7 @@ class Sheet:
                 collisionMargin=0.001,
                 physicsClientId=client,
             )
-        # Bullet numbers the vertices as it likes.
+        # Bullet renumbers the vertices.
         start = self._vertices()
         places = np.rint((start[:, :2] + 0.5) * (size - 1)).astype(int)
         self._order = np.empty((size, size), int)
@@ -85,7 +85,7 @@ class Sheet:
             pybullet.createSoftBodyAnchor(self._body, int(corner), -1, -1, physicsClientId=client)
 
     def __del__(self) -> None:
-        # A world is otherwise kept until the process ends.
+        # Otherwise the world stays in memory until the process ends.
         if hasattr(self, '_client') and self._bullet.isConnected(self._client):
             self._bullet.disconnect(self._client)
 

@@ -1,11 +1,10 @@
 """
 Taichi: a kernel that gathers the twelve neighbours, on one thread of the CPU.
 
-Position Verlet in single precision, in as few substeps as Cloth takes.  As in its cloth tutorial,
-positions and velocities are fields of vectors, and the offsets of the neighbours are known when
-the kernel is compiled (`ti.static`), so that their loop is unrolled.  Unlike there, one
-launch makes all substeps of a tick, one after the other: that is 3.7 times as fast at 16 × 16 and
-1.2 times at 64 × 64.
+Position Verlet in single precision, with the substeps of `Cloth`.  As in Taichi's cloth tutorial,
+positions and velocities are fields of vectors, and the offsets of the neighbours are constants
+of the kernel (`ti.static`), so that their loop is unrolled.  Unlike there, one launch makes all
+substeps of a tick, which is 3.7 times as fast at 16 × 16 and 1.2 times at 64 × 64.
 """
 
 # No `from __future__ import annotations`: Taichi reads the annotations of kernels.
@@ -37,7 +36,7 @@ def _kernel(position: Any, velocity: Any, neighbours: list[Any], h: float, gravi
     def tick(substeps: int):
         for i, j in position:
             position[i, j] += 0.5 * h * velocity[i, j]
-        # The substeps follow one another; with one thread there is nothing to share inside.
+        # Substeps are sequential, and one thread runs them: nothing is parallel.
         ti.loop_config(serialize=True)
         for substep in range(substeps):
             for i, j in ti.ndrange(size, size):
@@ -50,7 +49,7 @@ def _kernel(position: Any, velocity: Any, neighbours: list[Any], h: float, gravi
                         pull += (tension / along.norm() - stiffness) * along
                 if not (i == 0 and (j == 0 or j == size - 1)):
                     velocity[i, j] += h * pull
-            # Two half drifts between kicks are one.
+            # Two half drifts between kicks are made as one.
             drift = h
             if substep == substeps - 1:
                 drift = 0.5 * h
@@ -74,7 +73,7 @@ class Sheet:
         self.settings = (
             f'position Verlet, float32, fast math, 1 thread, {self.substeps} substeps a tick'
         )
-        # One sheet at a time: this throws away the fields of those before.
+        # Discards the fields of all earlier sheets: one sheet at a time.
         ti.init(
             arch=ti.cpu,
             cpu_max_num_threads=1,
@@ -97,7 +96,7 @@ class Sheet:
         self._velocity = ti.Vector.field(3, ti.f32, (size, size))
         line = np.linspace(-0.5, 0.5, size)
         start = np.zeros((size, size, 3), np.float32)
-        # Around the origin, for the digits that a height of 1.5 m would cost.
+        # Centred on the origin: single precision would lose digits at a height of 1.5 m.
         self._centre = np.array(scene.sheet.position, np.float32)
         start[..., 0], start[..., 1] = np.meshgrid(line, line)
         self._position.from_numpy(start)

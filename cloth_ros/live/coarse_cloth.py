@@ -8,7 +8,6 @@ from ..model import Cloth
 from ..model.contact.collider import Collider
 from ..model.grid import Array
 from ..model.resample import interpolate, resample_scene
-from ..model.snapshot import Snapshot
 from ..scene import Scene
 from ..scene.parameter import invalid_value_error
 
@@ -44,8 +43,8 @@ class CoarseCloth:
         What to publish.
     spacing
         Multiple of the scene's own spacing.
-    snapshot
-        Of a cloth with the same sheet, on any grid, to continue from; None: the initial state.
+    former
+        A cloth with the same sheet, on any grid, to continue from; None: the initial state.
 
     Attributes
     ----------
@@ -63,12 +62,13 @@ class CoarseCloth:
 
     """
 
-    def __init__(self, scene: Scene, spacing: int = 1, snapshot: Snapshot | None = None) -> None:
+    def __init__(self, scene: Scene, spacing: int = 1, former: Cloth | None = None) -> None:
         self.scene = scene
         self.spacing = spacing
-        self.cloth = Cloth(simulated_scene(scene, spacing))
-        if snapshot is not None:
-            self.cloth.restore(snapshot)
+        rollbacks = None if former is None else former.rollbacks
+        self.cloth = Cloth(simulated_scene(scene, spacing), rollbacks=rollbacks)
+        if former is not None:
+            self.cloth.restore(former.snapshot())
 
     def changed(self, scene: Scene, spacing: int) -> CoarseCloth:
         """
@@ -79,10 +79,10 @@ class CoarseCloth:
         """
         if (coarse := resample_scene(scene, 1 / self.spacing)) is not None:
             self.cloth.configure(coarse)
-        if spacing != self.spacing:
-            return CoarseCloth(scene, spacing, self.cloth.snapshot())
-        self.scene = scene
-        return self
+        if spacing == self.spacing:
+            self.scene = scene
+            return self
+        return CoarseCloth(scene, spacing, self.cloth)
 
     @property
     def air_velocity(self) -> tuple[float, float, float]:

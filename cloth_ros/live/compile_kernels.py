@@ -4,7 +4,7 @@ Compile the kernels of a scene: ``python -m cloth_ros.live.compile_kernels``, a 
 The process reads one line of JSON from its standard input: ``parameters`` of the scene by name,
 ``kinds`` of kernels and ``nice``, the increment of its niceness.  It fills Numba's cache on disk,
 from which the parent process then loads the kernels.  It ends when its standard input is closed,
-which happens when the parent ends, in whatever way.
+which happens when the parent ends for any reason.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import json
 import os
 import sys
 import threading
+import warnings
 from collections.abc import Collection
 from typing import Any
 
@@ -74,8 +75,10 @@ def _exit_with_parent() -> None:
 
 
 def main() -> None:
-    """Compile what the standard input asks for."""
+    """Compile the kernels named on the standard input."""
     job: dict[str, Any] = json.loads(sys.stdin.readline())
+    # The parent logs what is printed: the text alone is enough.
+    warnings.showwarning = lambda message, *_, **__: print(message, file=sys.stderr)
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     os.nice(job['nice'])
     warm_up(Scene.from_parameters(job['parameters']), job['kinds'])

@@ -118,7 +118,7 @@ class ErrorEstimator:
         self.restart()
 
     def restart(self, cloth: Cloth | None = None) -> None:
-        """Begin anew, without an estimate, with another cloth or with what this one is now."""
+        """Restart without an estimate, with another cloth or the present state of this one."""
         self._cloth = cloth or self._cloth
         self.estimate: ErrorEstimate | None = None
         self._window = 0.0

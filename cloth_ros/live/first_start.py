@@ -51,6 +51,7 @@ class FirstStart:
         self._near = False
         self.missing: dict[str, Future[None]] = {}
         self._kinds = kinds_of(scene)
+        self._numbered = True
         for kind in self._kinds:
             if not compiler.load(scene, (kind,)):
                 # Nothing else is to be done before the kernels of motion are there.
@@ -58,7 +59,9 @@ class FirstStart:
                 self.missing[kind] = compiler.compile(scene, (kind,), self.label(kind), nice)
 
     def label(self, kind: str) -> str:
-        """Return how log messages call a kind of kernels, such as 'contact (2 of 3)'."""
+        """Return the name of a kind of kernels in log messages, such as 'contact (2 of 3)'."""
+        if not self._numbered:
+            return kind
         kinds = [*self._kinds, 'the error estimate']
         return f'{kind} ({kinds.index(kind) + 1} of {len(kinds)})'
 
@@ -66,7 +69,7 @@ class FirstStart:
         """
         Return the cloth in its initial state.
 
-        If a collider touches it there, this waits for the kernels of contact.
+        If a collider overlaps with that, this waits for the kernels of contact.
         """
         try:
             with cached_only():
@@ -78,7 +81,7 @@ class FirstStart:
         return CoarseCloth(self._scene)
 
     def poll(self) -> None:
-        """Take note of kernels that have been made since the last call."""
+        """Check which kernels have become available since the last call."""
         for kind, future in list(self.missing.items()):
             if future.done() and future.exception() is None:
                 del self.missing[kind]
@@ -86,8 +89,9 @@ class FirstStart:
             self.release()
 
     def abandon(self) -> None:
-        """Wait no longer: another scene has taken over, with all its kernels."""
+        """Wait no longer: another scene is simulated, whose kernels are all there."""
         self.missing.clear()
+        self._numbered = False
         self.release()
 
     def advance(self, cloth: Cloth, seconds: float) -> Iterator[None]:
@@ -113,7 +117,7 @@ class FirstStart:
         try:
             with cached_only():
                 yield from cloth.advance_stepwise(seconds)
-        except KernelNotCached:  # the cloth came nearer than was expected
+        except KernelNotCached:  # a collider came nearer than was predicted
             cloth.restore(before)
             self._near = True
             self._hold(contact)
@@ -124,7 +128,7 @@ class FirstStart:
         self.held = reason
 
     def release(self) -> None:
-        """Hold the cloth no longer, unless it must be held anew."""
+        """Stop holding the cloth, until `advance` holds it again."""
         if self.held:
             self._log.info('the cloth is no longer held')
         self.held, self._near = '', False

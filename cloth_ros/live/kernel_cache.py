@@ -60,7 +60,7 @@ def cache_exists() -> bool:
 
 @contextmanager
 def short_switch_interval() -> Iterator[None]:
-    """Hand over the GIL more often within this context, for the sake of other threads."""
+    """Hand over the GIL more often within this context, so that other threads wait less."""
     sys.setswitchinterval(min(_SWITCH_INTERVAL, _USUAL_INTERVAL))
     try:
         yield

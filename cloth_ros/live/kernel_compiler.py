@@ -117,6 +117,7 @@ class KernelCompiler:
                     break
             self._check_open()
             if not self.load(scene, kinds):
+                self._log.info(f'compiling the kernels of {label} in this process')
                 warm_up(scene, kinds)
 
     def _compile_in_child(
@@ -124,10 +125,14 @@ class KernelCompiler:
     ) -> bool:
         """Compile in a child process; return False if that failed or left nothing in the cache."""
         start = time.monotonic()
-        self._log.info(f'compiling the kernels of {label}; needed once on this machine')
         job = {'parameters': scene.flat(), 'kinds': list(kinds), 'nice': nice}
         with tempfile.TemporaryFile() as errors:
-            child = self._start(errors)
+            try:
+                child = self._start(errors)
+            except OSError as error:  # no more processes, or no memory for one
+                self._log.warning(f'no process to compile the kernels of {label}: {error}')
+                return False
+            self._log.info(f'compiling the kernels of {label}; needed once on this machine')
             try:
                 self._send(child, job)
                 while True:

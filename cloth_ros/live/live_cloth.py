@@ -1,8 +1,9 @@
 """
-A cloth that runs by the clock: the model, paced, with overload handling and an error estimate.
+A cloth that runs in real time: the model with pacing, overload handling and an error estimate.
 
-Call `tick` at each tick of a clock, publish the state, and call `estimate_error` with what time is
-left.  `configure` requests other parameters; they take effect as soon as their kernels are there.
+Call `tick` at each tick of a clock, publish the state, and then call `estimate_error`, which uses
+time that is left over.  `configure` requests other parameters; they take effect as soon as their
+kernels are there.
 """
 
 from __future__ import annotations
@@ -74,6 +75,8 @@ class LiveCloth:
 
     Attributes
     ----------
+    running
+        True once the kernels of motion are there.
     paused
         True while time does not pass; assign to pause and resume.
     revision
@@ -91,10 +94,10 @@ class LiveCloth:
         check_scene(scene)
         self._compiler = KernelCompiler(log)
         self._start = FirstStart(scene, self._compiler, log)
-        self._shown = self._start.initial_cloth()
+        self._published = self._start.initial_cloth()
         self._changes = Reconfiguration(scene, self._compiler, log)
         self._pacing = Pacing()
-        self._estimator = ErrorEstimator(self._shown.cloth, make_fine=self._make_fine)
+        self._estimator = ErrorEstimator(self._published.cloth, make_fine=self._make_fine)
         self._estimating = False
         self._rollbacks = RollbackCounts()
         self._may_change = True
@@ -113,7 +116,7 @@ class LiveCloth:
     @property
     def scene(self) -> Scene:
         """The scene that is simulated; its sheet has the grid that is published."""
-        return self._shown.scene
+        return self._published.scene
 
     @property
     def requested(self) -> Scene:
@@ -128,20 +131,20 @@ class LiveCloth:
     @property
     def air_velocity(self) -> Vector:
         """Velocity of the air now, gusts included, m/s."""
-        return self._shown.air_velocity
+        return self._published.air_velocity
 
     @property
     def colliders(self) -> Mapping[str, Collider]:
         """Colliders by name."""
-        return self._shown.colliders
+        return self._published.colliders
 
     def write_particles(self, out: Array) -> None:
         """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
-        self._shown.write_particles(out)
+        self._published.write_particles(out)
 
     def write_positions(self, out: Array) -> None:
         """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
-        self._shown.write_positions(out)
+        self._published.write_positions(out)
 
     # Commands
 
@@ -157,21 +160,21 @@ class LiveCloth:
 
     def set_wind(self, velocity: Sequence[float]) -> None:
         """Set the velocity of the air, m/s; raises ValueError."""
-        self._change_scene()  # what was requested before the command must hold for it
-        self._shown.cloth.wind = velocity
+        self._change_scene()  # parameters that were set before the command hold for it
+        self._published.cloth.wind = velocity
 
     def move_collider(self, name: str, position: Sequence[float]) -> None:
         """Move a collider to `position`, m, by the end of the next tick; raises ValueError."""
         self._change_scene()
-        if name == SphereCollider.name:  # which says how to have one
-            self._shown.cloth.move_sphere(position)
+        if name == SphereCollider.name:  # without a sphere, the error names its parameter
+            self._published.cloth.move_sphere(position)
         else:
-            self._shown.cloth.move_collider(name, position)
+            self._published.cloth.move_collider(name, position)
 
     def reset(self) -> None:
         """Return to the initial state."""
         self._change_scene()
-        self._shown.cloth.reset()
+        self._published.cloth.reset()
         self._estimator.restart()
         self._pacing.discard()
         self._start.release()
@@ -200,9 +203,9 @@ class LiveCloth:
         wall
             Wall-clock time that the tick may take, s.
         estimate_error
-            True if someone wants to know the error; the first estimate is always made.
+            True if the error estimate is wanted; the first one is always made.
         interrupted
-            Asked between substeps whether to stop at once.
+            Called between batches of substeps; if it returns True, the tick ends at once.
 
         Returns
         -------
@@ -214,12 +217,12 @@ class LiveCloth:
         self._may_change = True
         self._change_scene()
         wanted = estimate_error or self._estimator.estimate is None
-        self._estimating = wanted and self._shown.spacing == 1 and not self._start.missing
+        self._estimating = wanted and self._published.spacing == 1 and not self._start.missing
         if self.paused:
             self._pacing.discard()
             return True
         self.revision += 1
-        cloth, pacing = self._shown.cloth, self._pacing
+        cloth, pacing = self._published.cloth, self._pacing
         substep, lost = cloth.substep, pacing.lost
         max_tick = self.scene.solver.max_tick
         count = pacing.due(elapsed, substep, period, max_tick, wall)
@@ -245,7 +248,7 @@ class LiveCloth:
             self._estimator.work(_ESTIMATE_SHARE * min(wall, _LONGEST_PAUSE))
 
     def poll(self) -> None:
-        """Take note of kernels that have become available; `tick` does so as well."""
+        """Check whether kernels have become available; `tick` does so as well."""
         self._start.poll()
         if not self.running and 'motion' not in self._start.missing:
             self._begin()
@@ -253,7 +256,7 @@ class LiveCloth:
     def _begin(self) -> None:
         """Measure the cost of a substep of a new cloth or scene."""
         self.running = True
-        self._pacing.expect(self._shown.cloth.time_substep())
+        self._pacing.expect(self._published.cloth.time_substep())
 
     def _change_scene(self) -> None:
         """Make a change that was requested, or that overload requires, once it is ready."""
@@ -261,10 +264,10 @@ class LiveCloth:
         if change is None:
             return
         level = change.level
-        self._shown = self._shown.changed(level.scene, level.spacing)
+        self._published = self._published.changed(level.scene, level.spacing)
         self._start.abandon()
         self._begin()
-        self._estimator.restart(self._shown.cloth)
+        self._estimator.restart(self._published.cloth)
         if change.requested:
             self._may_change, self._summary_due = False, True
         else:
@@ -285,7 +288,7 @@ class LiveCloth:
     @property
     def solver_summary(self) -> str:
         """One line about the solver, for people."""
-        cloth = self._shown.cloth
+        cloth = self._published.cloth
         return solver_summary(cloth, self._pacing.load(cloth.substep))
 
     def take_report(self) -> Report:
@@ -298,7 +301,7 @@ class LiveCloth:
             self._summary_due = False
             self._log.info(self.solver_summary)
         factor, lost = self._pacing.take_report()
-        rollbacks = self._shown.cloth.rollbacks
+        rollbacks = self._published.cloth.rollbacks
         since, self._rollbacks = rollbacks.since(self._rollbacks), replace(rollbacks)
         if lost == 0:
             self._changes.recover(self._pacing.cost)
@@ -306,7 +309,7 @@ class LiveCloth:
 
     def values(self) -> dict[str, object]:
         """Return measured values by name and unit; takes as long as some substeps."""
-        cloth = self._shown.cloth
+        cloth = self._published.cloth
         return {
             'simulated time [s]': cloth.time,
             'substeps in the last tick': cloth.substeps,

@@ -64,7 +64,7 @@ class Overload:
     Attributes
     ----------
     requested
-        The scene as the user wants it.
+        The requested scene.
     depth
         Number of levels between that and what is simulated; 0: nothing is given up.
 

@@ -34,7 +34,7 @@ class Change(NamedTuple):
     level
         What is to be simulated.
     requested
-        True if the user has asked for it; False if it is because of overload.
+        True if it was requested; False if it is because of overload.
     kernels
         Done when the kernels are there, or cannot be made.
 
@@ -72,7 +72,7 @@ class Reconfiguration:
     Attributes
     ----------
     requested
-        The scene that the user wants now.
+        The scene that was last requested.
     overload
         What is given up of the scene that is simulated.
 

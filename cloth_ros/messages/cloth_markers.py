@@ -67,7 +67,7 @@ def pins_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
 
 
 def springs_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
-    """Yield the springs as lines, where the scene asks for them or the sheet has no triangles."""
+    """Yield the springs as lines, by `markers.springs` or if the sheet has no triangles."""
     scene = cloth.scene
     if not scene.markers.springs and _has_triangles(scene):
         return

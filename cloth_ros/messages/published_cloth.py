@@ -1,4 +1,4 @@
-"""What a message needs to know of a cloth: satisfied by `Cloth` and by `LiveCloth`."""
+"""Interface of a cloth that can be published, such as `Cloth` and `LiveCloth`."""
 
 from __future__ import annotations
 

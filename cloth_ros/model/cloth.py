@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -55,6 +56,8 @@ class Cloth:
         an integrator fails requires.
     observer
         Receives every substep; None: nothing does.
+    rollbacks
+        Counts to continue, of a cloth that this one replaces; None: from zero.
 
     Raises
     ------
@@ -70,13 +73,13 @@ class Cloth:
         step_control: Callable[[Scene], StepControl] = AdaptiveStepControl,
         energy_monitor: Callable[[Scene, type], EnergyMonitor] | None = EnergyMonitor,
         observer: SubstepObserver | None = None,
+        rollbacks: RollbackCounts | None = None,
     ) -> None:
         check_scene(scene)
         self._step_control, self._energy_monitor = step_control, energy_monitor
         self._observer = observer
-        self._rollbacks = RollbackCounts()
-        self._wind: Vector = scene.wind.velocity
-        self._waypoints: dict[str, tuple[Vector, ...]] = {}
+        self._rollbacks = RollbackCounts() if rollbacks is None else rollbacks
+        self._inputs = Inputs(scene.wind.velocity)
         self._simulation = self._initial(scene)
 
     def _simulation_of(self, scene: Scene) -> Simulation:
@@ -129,19 +132,20 @@ class Cloth:
         do not belong to one time before.  Closed half-way, the cloth is left at the last accepted
         batch of substeps.
         """
-        inputs = self.inputs if inputs is None else inputs
+        inputs = self._inputs if inputs is None else inputs
         steps = self._simulation.advance_stepwise(seconds, inputs)
         return self._take_inputs(steps, self.time + seconds > self.time, inputs)
 
     def _take_inputs(self, steps: Iterator[None], moves: bool, inputs: Inputs) -> Iterator[None]:
-        if moves:  # an advance of zero leaves the waypoints for the next one
-            self._wind, self._waypoints = inputs.wind, {}
+        if moves and (inputs.collider_paths or inputs is not self._inputs):
+            # Not in an advance of zero: its waypoints are for the next one.
+            self._inputs = Inputs(inputs.wind)
         yield from steps
 
     def reset(self) -> None:
         """Return to the initial state: sheet, wind, colliders and time."""
         self._simulation = self._initial(self.scene)
-        self._wind, self._waypoints = self.scene.wind.velocity, {}
+        self._inputs = Inputs(self.scene.wind.velocity)
 
     def configure(self, scene: Scene) -> None:
         """
@@ -163,23 +167,24 @@ class Cloth:
                 raise invalid_value_error(
                     name, after[name], f'{before[name]!r} as before', 'make a new Cloth'
                 )
+        wind = self._inputs.wind
+        paths: dict[str, tuple[Vector, ...]] = {}
         if scene.wind.velocity != self.scene.wind.velocity:
-            self._wind = scene.wind.velocity
+            wind = scene.wind.velocity
         former, simulation = self.colliders, self._simulation_of(scene)
-        simulation.restore(self._simulation.snapshot(self.inputs))
+        simulation.restore(self.snapshot())
         simulation.substeps = self.substeps
         self._simulation = simulation
-        waypoints = self._waypoints
-        self._waypoints = {}
         for name, collider in self.colliders.items():
             if name in former and former[name].initial_position != collider.initial_position:
-                self._waypoints[name] = (collider.initial_position,)
-            elif name in waypoints:
-                self._waypoints[name] = waypoints[name]
+                paths[name] = (collider.initial_position,)
+            elif name in self._inputs.collider_paths:
+                paths[name] = self._inputs.collider_paths[name]
+        self._inputs = Inputs(wind, paths)
 
     def snapshot(self) -> Snapshot:
         """Return an immutable copy of everything that later results depend on."""
-        return self._simulation.snapshot(self.inputs)
+        return self._simulation.snapshot(self._inputs)
 
     def restore(self, snapshot: Snapshot) -> None:
         """
@@ -188,31 +193,31 @@ class Cloth:
         A snapshot of another scene is converted: its precision, and linearly its grid.
         """
         self._simulation.restore(snapshot)
-        self._wind = snapshot.inputs.wind
         paths = snapshot.inputs.collider_paths
-        self._waypoints = {name: paths[name] for name in self.colliders if name in paths}
+        present = {name: paths[name] for name in self.colliders if name in paths}
+        self._inputs = replace(snapshot.inputs, collider_paths=present)
 
     # Inputs
 
     @property
     def inputs(self) -> Inputs:
         """Commands for the next advance: the wind, and the waypoints of colliders."""
-        return Inputs(self._wind, dict(self._waypoints))
+        return self._inputs
 
     @property
     def wind(self) -> Vector:
         """Commanded velocity of the air, m/s; gusts are added to it.  Assign to command it."""
-        return self._wind
+        return self._inputs.wind
 
     @wind.setter
     def wind(self, velocity: Sequence[float]) -> None:
         x, y, z = checked_vector('wind', velocity, 'wind.velocity').tolist()
-        self._wind = (x, y, z)
+        self._inputs = replace(self._inputs, wind=(x, y, z))
 
     @property
     def air_velocity(self) -> Vector:
         """Velocity of the air now, gusts included, m/s."""
-        return self._simulation.air_velocity(self._wind)
+        return self._simulation.air_velocity(self._inputs.wind)
 
     def move_collider(self, name: str, position: Sequence[float]) -> None:
         """
@@ -231,7 +236,9 @@ class Cloth:
             known = ', '.join(colliders) or 'none'
             raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
         target = colliders[name].checked_target(position, self._simulation.state.origin)
-        self._waypoints[name] = (*self._waypoints.get(name, ())[1 - MAX_WAYPOINTS :], target)
+        paths = dict(self._inputs.collider_paths)
+        paths[name] = (*paths.get(name, ())[1 - MAX_WAYPOINTS :], target)
+        self._inputs = replace(self._inputs, collider_paths=paths)
 
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+from ..scene.parameter import checked_vector, invalid_value_error
 
 Vector = tuple[float, float, float]
 
@@ -23,7 +26,34 @@ class Inputs:
         Waypoints, m, that a collider passes in this advance at constant speed, by the collider's
         name.  The last one is reached at the end; a collider without waypoints stands still.
 
+    Raises
+    ------
+    ValueError
+        A number is not finite or out of range, or the form is not as above.
+
     """
 
     wind: Vector = (0.0, 0.0, 0.0)
     collider_paths: Mapping[str, tuple[Vector, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check and copy the values."""
+        paths = self.collider_paths
+        if not isinstance(paths, Mapping):
+            raise invalid_value_error(
+                'collider_paths', paths, 'a mapping of names to waypoints', 'give one'
+            )
+        checked = {name: _path(f'waypoint of {name}', path) for name, path in paths.items()}
+        object.__setattr__(self, 'wind', _vector('wind', self.wind, 'wind.velocity'))
+        object.__setattr__(self, 'collider_paths', checked)
+
+
+def _vector(name: str, value: Any, parameter: str) -> Vector:
+    x, y, z = checked_vector(name, value, parameter).tolist()
+    return (x, y, z)
+
+
+def _path(name: str, path: object) -> tuple[Vector, ...]:
+    if not isinstance(path, (list, tuple)):
+        raise invalid_value_error(name, path, 'a list of positions', 'put it in brackets')
+    return tuple(_vector(name, point, 'sphere.position') for point in path)

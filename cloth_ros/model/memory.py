@@ -130,7 +130,7 @@ def available(root: str = '/') -> int:
             folder, file = groups / 'memory', 'memory.limit_in_bytes'
         else:
             continue
-        # A limit applies to all groups below, and a container sees its own at the top.
+        # A limit applies to all groups below, and the group of a container is at the top.
         path = PurePosixPath(name.lstrip('/'))
         for group in (path, *path.parents):
             try:

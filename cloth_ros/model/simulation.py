@@ -62,7 +62,7 @@ class SubstepObserver(Protocol):
 
 class Simulation:
     """
-    State of a scene, and what advances it.
+    State of a scene and its time integration.
 
     Parameters
     ----------
@@ -238,9 +238,10 @@ class Simulation:
                 monitor.refine(division)
                 self.rollbacks.refined += 1
             yield from self._run(self._kick_drift, steps, count, h, division)
-            touched = any(each.touched for each in self.interactions)
+            # Not `any`: an interrupt while a generator is closed early would be lost.
+            touching = [each for each in self.interactions if each.touched]
             work = self._take_work()
-            if self._accept(monitor, work, touched=touched):
+            if self._accept(monitor, work, touched=bool(touching)):
                 return
         if monitor.rescale_velocities(self.state, work):
             self.rollbacks.limited += 1

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..scene import Scene
 from .energy_monitor import EnergyAccount
-from .grid import Array, Grid, flat_sheet
+from .grid import GHOST, Array, Grid, flat_sheet
 from .inputs import Inputs
 from .resample import interpolate
 
@@ -73,7 +73,7 @@ class Snapshot:
         initial += (np.array(sheet.position) - self.origin)[:, None, None]
         there = self._on_grid(self.position, grid)
         near = np.linalg.norm(there - initial, axis=0) < _NEAR * max(sheet.spacing)
-        position, velocity = grid.field(float), grid.field(float)
+        position, velocity = grid.field(float, GHOST), grid.field(float)
         grid.interior(position)[...] = np.where(scene.pinned() & near, initial, there)
         grid.interior(velocity)[...] = self._on_grid(self.velocity, grid)
         return replace(self, scene=scene, grid=grid, position=position, velocity=velocity)

@@ -50,7 +50,7 @@ class StepControl(Protocol):
         count, h
             Number of substeps in slow motion, and their length, s.
         division
-            Divisor that the energy monitor asks for.
+            Divisor required by the energy monitor.
         airspeed
             Speed of the air, m/s.
 

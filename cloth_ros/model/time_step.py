@@ -25,7 +25,7 @@ ROUNDING = 1e-6
 # of the explicit integrators is (2/h) asin(ω h/2).
 _RESOLVED = 0.15
 # Particle steps per second that cost next to nothing on any machine, and the shortest substep, s,
-# that is chosen for their sake.  Small sheets are resolved better with them.
+# chosen for that reason.  Small sheets are resolved better with them.
 _CHEAP = 3e6
 _SHORTEST = 2.5e-4
 # Substeps in a tick: several minutes of wall-clock time on any machine.

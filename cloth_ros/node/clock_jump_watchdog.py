@@ -3,7 +3,7 @@ Wake the executor when the system clock is set back.
 
 The C++ library that the wheels of ROS 2 are built with cannot wait on the steady clock: it
 converts the end of a wait to a time of the system clock.  When that is set back by an hour, timers
-and the executor sleep an hour longer, whatever clock they follow.
+and the executor wait an hour longer, for any clock.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def command() -> NoReturn:
     code = main()
     gc.collect()  # ends the ROS entities of a node whose construction was interrupted
     for stream in (sys.stdout, sys.stderr):
-        with suppress(OSError, ValueError):  # closed, or nobody reads it
+        with suppress(OSError, ValueError):  # closed, or without a reader
             stream.flush()
     os._exit(code)
 

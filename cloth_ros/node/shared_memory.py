@@ -11,7 +11,7 @@ _PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _PROFILES_HERE = Path('DEFAULT_FASTRTPS_PROFILES.xml')
 _FOLDER = '/dev/shm'
-# Twice the segment that the profile asks for: containers often have little, which others need too.
+# Twice the segment in the profile: containers often have little, and other processes need some.
 _LEAST_FREE = 2 * 16 * 2**20  # bytes
 
 

@@ -42,7 +42,7 @@ class TickClock:
     """
     Timer of the ticks, on the clock that the cloth follows.
 
-    The wall clock is the steady one, which nobody sets back; with simulated time it is /clock.
+    The wall clock is the steady one, which is never set back; with simulated time it is /clock.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class TickClock:
         longest = max(_JUMP, _JUMP_PERIODS / self._rate)
         if self.simulated and (last == 0 or not 0 <= elapsed <= longest):
             elapsed, jump = 0.0, elapsed
-        elif elapsed > 0:  # a timer may be due twice where /clock moves by a multiple of its period
+        elif elapsed > 0:  # a timer may be due twice where /clock moves by several periods
             self._intervals.append(elapsed)
         return Tick(1e-9 * now, elapsed, wall, jump)
 

@@ -48,7 +48,7 @@ class TickStatistics:
 
     def take_report(self, period: float) -> dict[str, object]:
         """
-        Return percentiles by name and unit, and begin anew.
+        Return percentiles by name and unit, and reset.
 
         Parameters
         ----------

@@ -3,7 +3,7 @@ Declaration of parameters with unit, range and meaning, and their validation.
 
 A `ParameterGroup` is a frozen dataclass with fields declared by `parameter`.  The declaration
 alone gives a parameter's default, unit, range and text: validation, the ROS parameter
-descriptors and the table in the README are derived from it.
+descriptors and the table in docs/parameters.md are derived from it.
 """
 
 from __future__ import annotations
@@ -311,7 +311,7 @@ def unknown_parameter_error(name: str, known: list[str]) -> ValueError:
     import difflib
 
     near = difflib.get_close_matches(name[:_MAX_STRING_LENGTH], known, n=1)
-    remedy = f'did you mean {near[0]!r}?' if near else 'see the table of parameters in README.md'
+    remedy = f'did you mean {near[0]!r}?' if near else 'see docs/parameters.md'
     return ValueError(f'{format_value(name)} is not a parameter of a scene; {remedy}')
 
 

@@ -114,7 +114,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     Return the parameters that a file gives to the node `cloth`, nested as in the file.
 
     Sections for ``/**``, ``cloth`` and ``/cloth`` apply, in the order of the file; a namespace
-    before the name is accepted, for the model lives in none.
+    before the name is accepted, because the model has none.
 
     Raises
     ------

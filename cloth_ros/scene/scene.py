@@ -180,7 +180,7 @@ class Wind(ParameterGroup):
 
 @dataclass(frozen=True)
 class Sphere(ParameterGroup):
-    """A sphere that moves as commanded, whatever the cloth does."""
+    """A sphere that moves as commanded, unaffected by the cloth."""
 
     prefix: ClassVar[str] = 'sphere.'
     radius: float = parameter(0.0, 'radius; 0: no sphere', unit='m', low=0, high=1e3)

@@ -1,1 +1,1 @@
-"""Speed against accuracy, measured: what each setting costs, and how wrong it is."""
+"""Study of a scene: cost and error of solver settings, and validation of the model."""

@@ -10,88 +10,20 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 import numpy as np
 
 from ..model import Cloth
-from ..model.grid import Array
 from ..model.integrators import INTEGRATORS
 from ..scene import Scene
+from .validation import AnalyticCase, Measurement
 
 _GRAVITY = 9.81  # m/s²
 _NO_GRAVITY = (0.0, 0.0, 0.0)
 _BOTH_ENDS = ['0,0', '0,-1']
 _DOWN = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))  # columns run along -z
-
-# Simulated value, exact value, and tolerated relative difference.
-_Measurement = tuple[float | Array, float | Array, float]
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """
-    Result of an integrator for a system.
-
-    Attributes
-    ----------
-    system, method
-        Names of system and integrator.
-    found, exact
-        Simulated and exact values in the unit of the system; numbers, or arrays of one shape.
-    tolerance
-        Tolerated relative difference.
-
-    """
-
-    system: str
-    method: str
-    found: float | Array
-    exact: float | Array
-    tolerance: float
-
-    @property
-    def error(self) -> float:
-        """Largest relative difference; inf if a value is not finite."""
-        found, exact = np.asarray(self.found, float), np.asarray(self.exact, float)
-        error = float(np.max(np.abs(found - exact) / np.abs(exact)))
-        return error if math.isfinite(error) else math.inf
-
-    @property
-    def holds(self) -> bool:
-        """True if the difference is tolerated."""
-        return self.error <= self.tolerance
-
-
-@dataclass(frozen=True)
-class AnalyticCase:
-    """
-    A system with a closed solution.
-
-    Attributes
-    ----------
-    name
-        Of the system.
-    text
-        The solution, in one line.
-    unit
-        Of the solution.
-    run
-        Function of the name of an integrator: simulates the system, and returns the simulated
-        value, the exact value and the tolerated relative difference.
-
-    """
-
-    name: str
-    text: str
-    unit: str
-    run: Callable[[str], _Measurement]
-
-    def measure(self, method: str) -> Result:
-        """Simulate the system with an integrator and compare."""
-        return Result(self.name, method, *self.run(method))
 
 
 def scene(method: str, **changes: object) -> Scene:
@@ -137,7 +69,7 @@ def _eigenvalue(samples: Iterable[float]) -> complex:
     return complex(twice / 2, cmath.sqrt(-minus - twice**2 / 4).real)
 
 
-def _free_fall(method: str) -> _Measurement:
+def _free_fall(method: str) -> Measurement:
     cloth = Cloth(scene(method, sheet__rows=3, sheet__columns=3, solver__substeps=100))
     height = cloth.positions[..., 2]
     cloth.advance(1.0)
@@ -182,13 +114,13 @@ def _turn(method: str, **changes: object) -> tuple[complex, float]:
     return _eigenvalue(cloth.positions[0, 1, 0] - rest for _ in _steps(cloth, 200)), cloth.substep
 
 
-def _frequency(method: str) -> _Measurement:
+def _frequency(method: str) -> Measurement:
     z, h = _turn(method)
     # Substeps are chosen for 0.1 %.
     return cmath.phase(z) / h, math.sqrt(_ELASTIC), 1e-3
 
 
-def _damped(method: str, viscous: float, **changes: object) -> _Measurement:
+def _damped(method: str, viscous: float, **changes: object) -> Measurement:
     """Compare the position of a mass that is damped at the rate `viscous`, 1/s."""
     time = 0.2
     cloth, rest = _oscillator(method, solver__substeps=1000, **changes)
@@ -201,7 +133,7 @@ def _damped(method: str, viscous: float, **changes: object) -> _Measurement:
     return found, exact, 1e-6
 
 
-def _chain_mode(method: str, mode: int) -> _Measurement:
+def _chain_mode(method: str, mode: int) -> Measurement:
     free, stiffness = 10, 500.0
     cloth = _row(
         method, free + 2, springs__structural=stiffness, gravity=_NO_GRAVITY, pins=_BOTH_ENDS
@@ -219,7 +151,7 @@ def _chain_mode(method: str, mode: int) -> _Measurement:
     return cmath.phase(z) / cloth.substep, exact, 1e-3
 
 
-def _sag(method: str) -> _Measurement:
+def _sag(method: str) -> Measurement:
     particles, stiffness = 11, 500.0
     cloth = _row(
         method, particles, sheet__orientation=_DOWN, springs__structural=stiffness, drag=20.0
@@ -231,7 +163,7 @@ def _sag(method: str) -> _Measurement:
     return found, below * _GRAVITY / stiffness, 1e-10
 
 
-def _catenary(method: str) -> _Measurement:
+def _catenary(method: str) -> Measurement:
     links, span, length = 40, 0.8, 1.0
     cloth = _row(
         method, links + 1, springs__structural=1e6, pins=_BOTH_ENDS, drag=8.0, solver__substeps=400
@@ -252,7 +184,7 @@ def _catenary(method: str) -> _Measurement:
     return -cloth.positions[0, 1:-1, 2], depth[1:-1], 1e-3
 
 
-def _pendulum(method: str, degrees: float) -> _Measurement:
+def _pendulum(method: str, degrees: float) -> Measurement:
     length, amplitude = 1.0, math.radians(degrees)
     cloth = _row(method, 2, springs__structural=2e5, solver__substeps=100)
     pivot = cloth.positions[0, 0]
@@ -276,7 +208,7 @@ def _pendulum(method: str, degrees: float) -> _Measurement:
     return passages[1] - passages[0], period, 2e-5
 
 
-def _terminal_drag(method: str) -> _Measurement:
+def _terminal_drag(method: str) -> Measurement:
     drag = 4.0
     cloth = _row(method, 1, pins=[''], drag=drag, solver__substeps=1)
     cloth.advance(10.0)
@@ -313,20 +245,20 @@ def _fall_in_air(method: str, rate: float, seconds: float) -> tuple[float, float
     return -float(cloth.velocities[rows // 2, rows // 2, 2]), terminal
 
 
-def _terminal_air(method: str) -> _Measurement:
+def _terminal_air(method: str) -> Measurement:
     speed, terminal = _fall_in_air(method, 5.0, 3.6)
     # Each substep, of g h/v = 1.1, leaves a fifth of the difference or less.
     return speed, terminal, 1e-12
 
 
-def _approach(method: str) -> _Measurement:
+def _approach(method: str) -> Measurement:
     time = 0.09
     speed, terminal = _fall_in_air(method, 200.0, time)
     # The impulse of the air is of second order in every integrator; g h/v = 0.03 here.
     return speed, terminal * math.tanh(_GRAVITY * time / terminal), 1e-4
 
 
-def _unresolved(method: str, viscous: float) -> _Measurement:
+def _unresolved(method: str, viscous: float) -> Measurement:
     """Compare modulus and phase of the factor of an oscillation in a substep, ω h = 1."""
     rate = math.sqrt(_ELASTIC)
     z, h = _turn(method, rate=rate, solver__substeps=1, springs__damping=viscous * _MASS)
@@ -335,19 +267,26 @@ def _unresolved(method: str, viscous: float) -> _Measurement:
     return np.array(cmath.polar(z)), np.array(cmath.polar(exact)), 1e-9
 
 
+_ELASTICITY = 'springs.structural'
+_DAMPED = 'x = e^(−{0}t/2) (A cos ωt + B sin ωt), ω² = k/m − {0}²/4'
+_FACTOR = 'modulus and argument of the eigenvalue of a substep, {}'
+_SPEED = '√(2 m g/(ρ C A))'
+
 ANALYTIC_CASES = (
-    AnalyticCase('free fall', 'z = ½ g t²', 'm', _free_fall),
-    AnalyticCase('oscillator', 'ω = √(k/m)', 'rad/s', _frequency),
+    AnalyticCase('free fall', 'z = ½ g t²', 'm', 'gravity', _free_fall),
+    AnalyticCase('oscillator', 'ω = √(k/m)', 'rad/s', _ELASTICITY, _frequency),
     AnalyticCase(
         'oscillator with a dashpot',
-        'x = e^(−μt/2) (A cos ωt + B sin ωt), ω² = k/m − μ²/4, μ = c/m',
+        _DAMPED.format('μ') + ', μ = c/m',
         'm',
+        'springs.damping',
         partial(_damped, viscous=4.0, springs__damping=4.0 * _MASS),
     ),
     AnalyticCase(
         'oscillator with drag',
-        'x = e^(−γt/2) (A cos ωt + B sin ωt), ω² = k/m − γ²/4',
+        _DAMPED.format('γ'),
         'm',
+        'drag',
         partial(_damped, viscous=4.0, drag=4.0),
     ),
     *(
@@ -355,34 +294,48 @@ ANALYTIC_CASES = (
             f'chain, mode {mode}',
             f'ω = 2 √(k/m) sin({mode}π/22), 10 particles between two pins',
             'rad/s',
+            _ELASTICITY,
             partial(_chain_mode, mode=mode),
         )
         for mode in (1, 2, 5, 10)
     ),
-    AnalyticCase('hanging chain', 'elongation = weight below / k', 'm', _sag),
-    AnalyticCase('catenary', 'z = a cosh(x/a), 2 a sinh(span/2a) = length', 'm', _catenary),
+    AnalyticCase('hanging chain', 'elongation = weight below / k', 'm', _ELASTICITY, _sag),
+    AnalyticCase(
+        'catenary', 'z = a cosh(x/a), 2 a sinh(span/2a) = length', 'm', 'gravity', _catenary
+    ),
     *(
         AnalyticCase(
             f'stiff pendulum, {degrees}°',
             f'T = 2π √(L/g) / agm(1, cos {degrees // 2}°)',
             's',
+            'gravity',
             partial(_pendulum, degrees=degrees),
         )
         for degrees in (10, 60, 120)
     ),
-    AnalyticCase('terminal velocity, drag', 'v = g/γ', 'm/s', _terminal_drag),
-    AnalyticCase('terminal velocity, air', 'v = √(2 m g/(ρ C A))', 'm/s', _terminal_air),
-    AnalyticCase('fall in air', 'v = u tanh(g t/u), u = √(2 m g/(ρ C A))', 'm/s', _approach),
+    AnalyticCase('terminal velocity, drag', 'v = g/γ', 'm/s', 'drag', _terminal_drag),
+    AnalyticCase(
+        'terminal velocity, air', f'v = {_SPEED}', 'm/s', 'wind.air_density', _terminal_air
+    ),
+    AnalyticCase(
+        'fall in air',
+        f'v = u tanh(g t/u), u = {_SPEED}',
+        'm/s',
+        'wind.drag_coefficient',
+        _approach,
+    ),
     AnalyticCase(
         'numerical frequency',
-        'modulus and argument of the eigenvalue of a substep, ω h = 1',
+        _FACTOR.format('ω h = 1'),
         '1, rad',
+        _ELASTICITY,
         partial(_unresolved, viscous=0.0),
     ),
     AnalyticCase(
         'numerical damping',
-        'the same, ω h = 1, μ h = 0.1',
+        _FACTOR.format('ω h = 1, μ h = 0.1'),
         '1, rad',
+        'springs.damping',
         partial(_unresolved, viscous=6.0),
     ),
 )

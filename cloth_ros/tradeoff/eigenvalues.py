@@ -12,6 +12,8 @@ from ..model.grid import Array
 # of 24 × 24 took up to 360 products where they are stable, with all eigenvalues close to the unit
 # circle, and 80 to 160 where one lies outside.
 _BASIS = 40
+# Size up to which the matrix is assembled: as many products as ARPACK needs, and exact.
+_DENSE = 300
 _RESTARTS = 40
 # Multiple of the tolerance that the residual of what ARPACK returns may have.
 _SLACK = 10
@@ -55,10 +57,12 @@ def largest_eigenvalue(
         return product(vector.real) + 1j * product(vector.imag)
 
     n = start.size
-    if n <= _BASIS:  # ARPACK needs a basis that is shorter than n, and gains nothing here
+    if n <= _DENSE:
         matrix = np.array([product(unit) for unit in np.eye(n)]).T
         values = np.linalg.eigvalsh(matrix) if symmetric else np.linalg.eigvals(matrix)
         return complex(values[np.argmax(values.real)])
+    if not product(start.ravel()).any():  # the zero matrix, which ARPACK refuses
+        return 0j
     # Without symmetry in complex arithmetic: the driver for real matrices returned values that
     # are none, with vectors of length 1e-10, where the largest pair is complex (SciPy 1.17).
     solve, which = (eigsh, 'LA') if symmetric else (eigs, 'LR')

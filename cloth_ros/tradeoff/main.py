@@ -114,7 +114,8 @@ class _Bar:
         self._bar = tqdm(
             desc=name,
             total=0.0,
-            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| {elapsed}, {remaining} left',
+            bar_format='{desc:.48} {percentage:3.0f}%|{bar:20}| '
+            '{elapsed} elapsed, {remaining} left',
             disable=None,  # only on a terminal
             leave=False,
         )

@@ -148,14 +148,14 @@ class _Disturbances:
             return True
         if not self._step.damped:
             return False
-        start = self._start * np.array([0.0, 1.0])[:, None, None, None]
-        # Two substeps, so that z of either sign is found.
-        return has_eigenvalue_above(
-            lambda field: self._map(field, h, substeps=2, held=True),
-            start,
-            1 + _GROWTH,
-            _TOLERANCE,
-        )
+
+        def damp(velocities: Array) -> Array:
+            # Two substeps, so that z of either sign is found.
+            field = np.stack([np.zeros_like(velocities), velocities])
+            damped: Array = self._map(field, h, substeps=2, held=True)[1]
+            return damped
+
+        return has_eigenvalue_above(damp, self._start[1], 1 + _GROWTH, _TOLERANCE)
 
     def _map(self, field: Array, h: float, *, substeps: int = 1, held: bool = False) -> Array:
         """

@@ -16,6 +16,7 @@ extrapolated here from two numbers of links in their inverse.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -84,6 +85,7 @@ def _pendulum(method: str, step: float, y: float, stiffness: float) -> tuple[flo
     return (*position.tolist(), float(np.linalg.norm(position)), abs(cloth.energy() / before - 1))
 
 
+@functools.cache
 def falling_time(links: int, stiffness: float = 1e6) -> float:
     """Return the time of fall of a folded chain / that of free fall by its length."""
     length = 1.0

@@ -44,8 +44,8 @@ _ESTIMATED = {True: 0.0, False: 2.5}
 _LENGTHS = (1e-4, 1e-3, 1e-2)
 # Wall-clock time, s, of measuring a stability limit on 24 × 24 particles, and of booking the
 # energy of a substep.
-_STABILITY = 1.5
-_ACCOUNT = 6e-4
+_STABILITY = 1.0
+_ACCOUNT = 4e-4
 
 Progress = Callable[[str, float], None]
 Entry = dict[str, Any]

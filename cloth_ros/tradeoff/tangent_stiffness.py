@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -51,53 +52,74 @@ class TangentStiffness:
     grid
         Positions, m, shape (3, rows, columns).
 
+    Attributes
+    ----------
+    stiffness, damping
+        K, 1/s², and C, 1/s: symmetric sparse matrices of x, y and z of all free particles, in
+        this order.
+
     """
 
     def __init__(self, scene: Scene, grid: Array) -> None:
-        self._free = ~scene.pinned()
-        self._mass = scene.sheet.particle_mass
-        self._damping = scene.springs.damping
-        self._springs = []
+        number = np.arange(scene.sheet.rows * scene.sheet.columns).reshape(grid.shape[1:])
+        ends, directions, along, across = [], [], [], []
         for family in spring_families(scene):
-            p, q = spring_ends(family, grid)
+            p, q = (end.reshape(3, -1) for end in spring_ends(family, grid))
             length = np.linalg.norm(p - q, axis=0)
             length = np.maximum(length, _SHORTEST * family.rest_length)
-            across = family.stiffness * (1 - family.rest_length / length)
-            self._springs.append((family, (p - q) / length, across))
-
-    def stiffness(self, field: Array) -> Array:
-        """Return K times a field, shape (3, rows, columns); zero for pinned particles."""
-        return self._apply(field, damping=False)
-
-    def damping(self, field: Array) -> Array:
-        """Return C times a field, shape (3, rows, columns); zero for pinned particles."""
-        return self._apply(field, damping=True)
-
-    def _apply(self, field: Array, *, damping: bool) -> Array:
-        field = field * self._free  # columns as well as rows, so that K and C are symmetric
-        out = np.zeros_like(field)
-        for family, direction, across in self._springs:
-            u, w = spring_ends(family, field)
-            along = direction * np.sum(direction * (u - w), axis=0)
-            if damping:
-                force = self._damping * along
-            else:
-                force = family.stiffness * along + across * (u - w - along)
-            first, second = spring_ends(family, out)
-            first += force
-            second -= force
-        product: Array = out * self._free / self._mass
-        return product
+            ends.append(np.stack([end.ravel() for end in spring_ends(family, number)]))
+            directions.append((p - q) / length)
+            along.append(np.full(len(length), family.stiffness))
+            across.append(family.stiffness * (1 - family.rest_length / length))
+        free = ~scene.pinned().ravel()
+        incidence = _incidence(np.concatenate(ends, axis=1), free.size)[:, free]
+        direction = np.concatenate(directions, axis=1)
+        mass, k = scene.sheet.particle_mass, np.concatenate(along)
+        self.stiffness = _assemble(incidence, direction, k, np.concatenate(across)) / mass
+        self.damping = _assemble(incidence, direction, scene.springs.damping + 0 * k, 0 * k) / mass
 
     def kick(self, h: float, plain: float, damped: float) -> Callable[[Array], Array]:
         """Return E (h² K + 2 h C)/4 with E = `plain` I + `damped` C, for a step of h s."""
 
-        def apply(field: Array) -> Array:
-            out = 0.25 * h * (h * self.stiffness(field) + 2 * self.damping(field))
-            kick: Array = plain * out + damped * self.damping(out)
+        def apply(vector: Array) -> Array:
+            out = 0.25 * h * (h * (self.stiffness @ vector) + 2 * (self.damping @ vector))
+            kick: Array = plain * out + damped * (self.damping @ out)
             return kick
 
         return apply
+
+
+def _incidence(ends: Array, particles: int) -> Any:
+    """Return the matrix of differences between the `ends`, shape (2, springs), of springs."""
+    from scipy.sparse import csr_array
+
+    springs = ends.shape[1]
+    signs = np.repeat([1.0, -1.0], springs)
+    rows = np.tile(np.arange(springs), 2)
+    return csr_array((signs, (rows, ends.ravel())), shape=(springs, particles))
+
+
+def _assemble(incidence: Any, direction: Array, along: Array, across: Array) -> Any:
+    """
+    Return the matrix of springs.
+
+    Parameters
+    ----------
+    incidence
+        Differences between their ends.
+    direction
+        Unit vectors, shape (3, springs).
+    along, across
+        Stiffness, N/m, in their direction and across it, shape (springs,).
+
+    """
+    from scipy.sparse import block_array, dia_array
+
+    def block(i: int, j: int) -> Any:
+        k = (along - across) * direction[i] * direction[j] + (i == j) * across
+        return incidence.T @ dia_array((k[None], [0]), shape=(len(k), len(k))) @ incidence
+
+    return block_array([[block(i, j) for j in range(3)] for i in range(3)], format='csr')
 
 
 def stability_limit(scene: Scene, positions: Array) -> float:
@@ -126,13 +148,11 @@ def stability_limit(scene: Scene, positions: Array) -> float:
         return math.inf
     integrator = integrator_for(scene)
     tangent = TangentStiffness(scene, np.moveaxis(np.asarray(positions, float), -1, 0))
-    start = np.random.default_rng(0).standard_normal((3, *free.shape)) * free
-
-    def largest(operator: Callable[[Array], Array]) -> float:
-        return max(largest_eigenvalue(operator, start, _TOLERANCE, symmetric=True).real, 0.0)
-
-    elastic = largest(tangent.stiffness)
-    viscous = largest(tangent.damping) if scene.springs.damping > 0 else 0.0
+    start = np.random.default_rng(0).standard_normal(3 * free.sum())
+    elastic, viscous = (
+        max(largest_eigenvalue(matrix.dot, start, _TOLERANCE, symmetric=True).real, 0.0)
+        for matrix in (tangent.stiffness, tangent.damping)
+    )
     stable = integrator.stable_step(elastic, viscous)
     end = integrator.stable_step(0.0, viscous)
     if viscous == 0 or not math.isfinite(stable):

@@ -1,9 +1,8 @@
 /*
- * The system clock of one process, ahead of the machine's by what a file says; to be preloaded.
+ * System clock of one process, ahead of the machine's by the seconds in a file; to be preloaded.
  *
  * As with a clock that is really set, a wait until a moment of the system clock ends when that
- * clock gets there, wherever it is set meanwhile: it is made in slices.  The steady clock is left
- * alone.
+ * clock gets there, wherever it is set meanwhile: it is made in slices.
  */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -29,7 +28,6 @@ static int (*semaphore_timedwait)(sem_t *, const struct timespec *);
 __attribute__((constructor)) static void begin(void) {
     int file = open(getenv("CLOCK_SHIFT"), O_RDONLY);
     shift = mmap(NULL, sizeof *shift, PROT_READ, MAP_SHARED, file, 0);
-    close(file);
     cond_timedwait = dlvsym(RTLD_NEXT, "pthread_cond_timedwait", "GLIBC_2.3.2");
     mutex_timedlock = dlsym(RTLD_NEXT, "pthread_mutex_timedlock");
     semaphore_timedwait = dlsym(RTLD_NEXT, "sem_timedwait");
@@ -37,23 +35,11 @@ __attribute__((constructor)) static void begin(void) {
 
 static long long ahead(void) { return shift ? *shift * SECOND : 0; }
 
-static long long nanoseconds(const struct timespec *t) { return t->tv_sec * SECOND + t->tv_nsec; }
-
 static long long machine_now(void) {
     struct timespec t;
     syscall(SYS_clock_gettime, CLOCK_REALTIME, &t);
-    return nanoseconds(&t);
+    return t.tv_sec * SECOND + t.tv_nsec;
 }
-
-/* The end of a slice, by the machine's clock, of a wait until `t`. */
-static struct timespec slice(const struct timespec *t) {
-    long long end = nanoseconds(t) - ahead(), soon = machine_now() + SLICE;
-    if (end > soon) end = soon;
-    if (end < 0) end = 0;
-    return (struct timespec){end / SECOND, end % SECOND};
-}
-
-static int over(const struct timespec *t) { return machine_now() + ahead() >= nanoseconds(t); }
 
 int clock_gettime(clockid_t clock, struct timespec *t) {
     int result = (int)syscall(SYS_clock_gettime, clock, t);
@@ -77,28 +63,31 @@ time_t time(time_t *t) {
     return now.tv_sec;
 }
 
+/* Time that is left until `t`, ns; at most a slice, whose end by the machine's clock is `end`. */
+static long long next_slice(const struct timespec *t, struct timespec *end) {
+    long long now = machine_now(), left = t->tv_sec * SECOND + t->tv_nsec - ahead() - now;
+    long long until = now + (left < SLICE ? left : SLICE);
+    *end = (struct timespec){until > 0 ? until / SECOND : 0, until > 0 ? until % SECOND : 0};
+    return left;
+}
+
+#define WAIT(call, timed_out)                          \
+    for (struct timespec end;;) {                      \
+        int last = next_slice(t, &end) <= SLICE;       \
+        int result = call;                             \
+        if (!(timed_out) || last) return result;       \
+    }
+
 int pthread_cond_timedwait(pthread_cond_t *restrict c, pthread_mutex_t *restrict m,
                            const struct timespec *restrict t) {
     if (c->__data.__wrefs & 2) return cond_timedwait(c, m, t); /* it waits on the steady clock */
-    for (;;) {
-        struct timespec end = slice(t);
-        int result = cond_timedwait(c, m, &end);
-        if (result != ETIMEDOUT || over(t)) return result;
-    }
+    WAIT(cond_timedwait(c, m, &end), result == ETIMEDOUT)
 }
 
 int pthread_mutex_timedlock(pthread_mutex_t *restrict m, const struct timespec *restrict t) {
-    for (;;) {
-        struct timespec end = slice(t);
-        int result = mutex_timedlock(m, &end);
-        if (result != ETIMEDOUT || over(t)) return result;
-    }
+    WAIT(mutex_timedlock(m, &end), result == ETIMEDOUT)
 }
 
 int sem_timedwait(sem_t *restrict s, const struct timespec *restrict t) {
-    for (;;) {
-        struct timespec end = slice(t);
-        int result = semaphore_timedwait(s, &end);
-        if (result == 0 || errno != ETIMEDOUT || over(t)) return result;
-    }
+    WAIT(semaphore_timedwait(s, &end), result && errno == ETIMEDOUT)
 }

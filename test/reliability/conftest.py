@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import inspect
+import shutil
+import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from ros import ROOT
+
+from cloth_ros.tradeoff.machine import describe
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -22,11 +27,31 @@ def long(request: pytest.FixtureRequest) -> bool:
     return request.config.getoption('--long')
 
 
+@pytest.fixture(scope='session', autouse=True)
+def conditions(record_testsuite_property: Callable[[str, str], None]) -> None:
+    """Record machine and commit, for the report."""
+    machine = describe()
+    names = ('processor', 'vector instructions', 'cores', 'python')
+    record_testsuite_property('machine', ', '.join(f'{name} {machine[name]}' for name in names))
+    describe_commit = ['git', '-C', ROOT, 'describe', '--always', '--dirty=+', '--exclude=*']
+    if shutil.which('git'):
+        done = subprocess.run(describe_commit, capture_output=True, text=True, check=False)
+        record_testsuite_property('commit', done.stdout.strip() or 'unknown')
+
+
+@pytest.fixture(scope='session')
+def soak_seconds(request: pytest.FixtureRequest, long: bool) -> float:
+    """Duration of a long run of a live node, s."""
+    return request.config.getoption('--soak-seconds') if long else 8.0
+
+
 @pytest.fixture(autouse=True)
 def described(request: pytest.FixtureRequest, record_property: Callable[[str, str], None]) -> None:
     """Record what a test checks, for the report."""
     record_property('section', inspect.getdoc(request.module).splitlines()[0].rstrip('.'))
     record_property('check', ' '.join((inspect.getdoc(request.function) or '').split()))
+    if parameters := getattr(request.node, 'callspec', None):
+        record_property('variant', parameters.id)
 
 
 @pytest.fixture

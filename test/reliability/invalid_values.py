@@ -9,9 +9,9 @@ import fractions
 import math
 import warnings
 from collections.abc import Callable
+from functools import reduce
 
 import numpy as np
-from hypothesis import settings
 from hypothesis import strategies as st
 
 from cloth_ros import Scene
@@ -22,22 +22,13 @@ NAMES = sorted(PARAMETERS)
 GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'solver', 'markers']
 
 
-def times(share: float) -> settings:
-    """Return settings for so many times the examples of the profile."""
-    return settings(max_examples=max(round(share * settings.default.max_examples), 1))
-
-
 def is_clear(message: str) -> bool:
     """Return True for an error of one printable line that ends in a remedy after a semicolon."""
     return message.isprintable() and '; ' in message and len(message) <= 1000
 
 
 def refusal(call: Callable[[], object]) -> str | None:
-    """
-    Return the message of the ValueError that a call raises, or None if it raises nothing.
-
-    Anything else is an error: other exceptions, subclasses too, unclear messages, and warnings.
-    """
+    """Return the message of the ValueError (no subclass, no warning) of a call, or None."""
     with warnings.catch_warnings():
         warnings.simplefilter('error')
         try:
@@ -52,19 +43,9 @@ def refusal(call: Callable[[], object]) -> str | None:
     return message
 
 
-def _recursive_list() -> list:
-    result: list = [1.0]
-    result.append(result)
-    return result
-
-
-def _deep_list() -> list:
-    result: list = []
-    for _ in range(100_000):  # deeper than Python recurses
-        result = [result]
-    return result
-
-
+RECURSIVE: list = [1.0]
+RECURSIVE.append(RECURSIVE)
+DEEP = reduce(lambda inner, _: [inner], range(100_000), [])  # deeper than Python recurses
 NUMBERS: list[object] = [
     *(math.nan, math.inf, -math.inf, 5e-324, -5e-324, 1e308, -1e308, 0.0, -0.0, 1.5),
     *(2**31, 2**53, 2**53 + 1, 2**63, 2**64, -(2**63), 10**308, 10**400, 10**5000, -1, True),
@@ -84,7 +65,7 @@ OBJECTS: list[object] = [
     *([1.0], [1.0] * 2, [1.0] * 3, (0, 0, 1), [1.0] * 4, [1.0] * 5000, ['0,0'] * 5000),
     *([None] * 3, ['1', '2', '3'], [b'1'] * 3, [[1.0]] * 3, [True] * 3, [1j] * 3, [{}] * 3),
     *([math.nan] * 3, [math.inf] * 3, [1e308] * 3, [10**400] * 3, [10**5000] * 3, [0, 0, 0]),
-    *(_recursive_list(), _deep_list(), [_deep_list()] * 3, {'rows': _deep_list()}),
+    *(RECURSIVE, DEEP, [DEEP] * 3, {'rows': DEEP}),
     *(np.zeros(3), np.zeros((3, 1)), np.zeros((1, 3)), np.zeros(0), np.zeros(3, complex)),
     *(np.full(3, np.nan), np.zeros(3, 'M8[s]'), np.zeros(3, 'U3'), np.array([None] * 3)),
     *(np.zeros(3, [('x', float)]), np.ma.masked_all(3), np.full(3, '1e4000', np.longdouble)),

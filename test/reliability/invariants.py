@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections import Counter, defaultdict
+from collections import Counter
 from functools import partial
 from typing import Any
 
@@ -23,51 +23,26 @@ ENERGY = 0.05
 # Tolerated penetration: m, as a share of the radius, and for positions in single precision as a
 # share of their size.
 DEPTH, DEPTH_SHARE, ROUNDING = 1e-4, 1e-2, 1e-6
-# Wall-clock time, s, after which a run is closed: a small sphere in a cloth as fast as a bullet
-# takes hundreds of collision steps in each substep.
-PATIENCE = 1.5
-
-
-class Totals:
-    """
-    Results of several runs.
-
-    Attributes
-    ----------
-    counts
-        Runs, advances, batches and more, by name.
-    largest
-        Largest excess of energy and penetration, as `Invariants` names them.
-
-    """
-
-    def __init__(self) -> None:
-        self.counts: Counter[str] = Counter()
-        self.largest: defaultdict[str, float] = defaultdict(float)
-
-    def note(self, name: str, value: float) -> None:
-        """Take a value into account."""
-        self.largest[name] = max(self.largest[name], value)
 
 
 class CountingMonitor(EnergyMonitor):
     """An energy monitor that counts batches, and those whose work is unknown."""
 
-    def __init__(self, scene: Scene, dtype: type, *, counts: Counter[str]) -> None:
+    def __init__(self, scene: Scene, dtype: type, *, totals: Counter[str]) -> None:
         super().__init__(scene, dtype)
-        self._counts = counts
+        self._totals = totals
 
     def accepts(self, state: Any, work: float, *, touched: bool = False) -> bool:
         """Count a batch, and judge it."""
-        self._counts['batches'] += 1
-        self._counts['unknown work'] += work == math.inf
+        self._totals['batches'] += 1
+        self._totals['unknown work'] += work == math.inf
         return super().accepts(state, work, touched=touched)
 
 
 def corners(rows: int, columns: int) -> np.ndarray:
     """Return the particles of all triangles, both diagonals; of segments where there are none."""
     grid = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
-    if min(grid.shape[:2]) > 1:
+    if min(rows, columns) > 1:
         grid = np.repeat(grid[..., None], 3, axis=-1)
         return np.ascontiguousarray(triangles(grid, both_diagonals=True)[..., 0])
     line = grid.ravel()
@@ -76,19 +51,9 @@ def corners(rows: int, columns: int) -> np.ndarray:
 
 
 class Invariants:
-    """
-    Checks one cloth; whatever does not hold is an AssertionError.
+    """Checks a cloth after each advance; adds counts and the largest values to `totals`."""
 
-    Parameters
-    ----------
-    cloth
-        To be checked after each advance.
-    totals
-        Where results are collected.
-
-    """
-
-    def __init__(self, cloth: Cloth, totals: Totals) -> None:
+    def __init__(self, cloth: Cloth, totals: Counter[str]) -> None:
         self._cloth, self._totals = cloth, totals
         self._triangles = corners(cloth.scene.sheet.rows, cloth.scene.sheet.columns)
         self.begin()
@@ -98,8 +63,7 @@ class Invariants:
         cloth, scene = self._cloth, self._cloth.scene
         energy = cloth.energy_by_kind()
         self._start, self._motion = energy.total - cloth.work, energy.motion
-        self._unknown_work = False
-        self._tolerance = ENERGY
+        self._unknown_work, self._tolerance = False, ENERGY
         if scene.solver.substeps:
             # Position Verlet takes the energy E of an oscillator to E / (1 − φ) at most,
             # φ = h² λ / 4: φ more of the energy in motion then.
@@ -123,7 +87,10 @@ class Invariants:
         self._check_energy()
         if cloth.sphere_radius > 0:
             self._check_depth(positions)
-        self._totals.counts['advances'] += 1
+        self._totals['advances'] += 1
+
+    def _note(self, name: str, value: float) -> None:
+        self._totals[name] = max(self._totals[name], value)
 
     def _internal_energy(self, energy: Energy) -> float:
         """Return the energy of springs, and of the motion about the centre of mass, J."""
@@ -146,15 +113,15 @@ class Invariants:
             return
         excess, allowed = energy.total - self._start - work, self._tolerance * converted
         if self._unknown_work:
-            self._totals.counts['advances with unknown work'] += 1
+            self._totals['advances with unknown work'] += 1
         elif self._tolerance > ENERGY:
-            self._totals.counts['advances with a long fixed step'] += 1
-            self._totals.note('share of the energy that a fixed step allows', excess / allowed)
+            self._totals['advances with a long fixed step'] += 1
+            self._note('share of the energy that a fixed step allows', excess / allowed)
         else:
-            self._totals.note('share of the converted energy', excess / converted)
+            self._note('share of the converted energy', excess / converted)
         assert excess <= allowed, f'{excess:.3g} J too much, of {converted:.3g} J converted'
         if self._free:  # a fall stretches no spring
-            self._totals.counts['advances in free fall'] += 1
+            self._totals['advances in free fall'] += 1
             excess = self._internal_energy(energy) - self._internal
             assert excess <= allowed, f'a fall put {excess:.3g} J into springs'
 
@@ -171,28 +138,27 @@ class Invariants:
         assert max(free, held) <= cloth.sphere_depth + allowed, 'penetration not reported'
         if radius == whole:  # a sphere that still grows is where it is
             assert free <= allowed, f'{free:.3g} m deep in the sphere, not held by pins'
-            self._totals.note('penetration', free)
+            self._note('penetration', free)
 
 
-def check_run(run: Run, totals: Totals, patience: float = PATIENCE) -> None:
-    """Advance a cloth as a run says and check it after every advance; close what is slow."""
-    counts, end = totals.counts, time.monotonic() + patience
-    cloth = run.cloth(energy_monitor=partial(CountingMonitor, counts=counts))
-    invariants = Invariants(cloth, totals)
+def check_run(run: Run, totals: Counter[str], patience: float) -> None:
+    """Advance a cloth as a run says and check it; close it after `patience` seconds."""
+    # A small sphere in a cloth as fast as a bullet takes hundreds of collision steps per substep.
+    end = time.monotonic() + patience
+    cloth = run.cloth(energy_monitor=partial(CountingMonitor, totals=totals))
+    invariants, slow = Invariants(cloth, totals), False
     for step in run.steps:
         if step.prepare(cloth):
             invariants.begin()
-        before, slow = counts['unknown work'], False
+        before = totals['unknown work']
         advance = cloth.advance_stepwise(run.seconds(cloth, step.seconds))
         for _ in advance:
             if time.monotonic() > end:
                 advance.close()
                 slow = True
-        invariants.check(unknown_work=counts['unknown work'] > before)
+        invariants.check(unknown_work=totals['unknown work'] > before)
         if slow:
-            counts['runs closed'] += 1
             break
-    counts['runs'] += 1
-    counts[run.start] += 1
-    counts['runs rolled back'] += any(vars(cloth.rollbacks).values())
-    counts.update(vars(cloth.rollbacks))
+    totals.update({'runs': 1, run.start: 1, 'runs closed': int(slow)})
+    totals['runs rolled back'] += any(vars(cloth.rollbacks).values())
+    totals.update(vars(cloth.rollbacks))

@@ -5,13 +5,12 @@ from __future__ import annotations
 import signal
 import time
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticStatus
-from ros import NODE, PATIENCE, Listener, Process, ReceivedCloud, environment, free_domain, probing
+from ros import NODE, PATIENCE, Listener, Process, environment, free_domain, probing
 from std_srvs.srv import SetBool
 
 # Messages in a row that show the full rate, and the time that they may take, as a share of the
@@ -19,86 +18,63 @@ from std_srvs.srv import SetBool
 _STEADY = 30
 _LEAST, _MOST = 0.8, 1.1
 SOON = 30.0  # s, within which a timed node must recover
+REAL_TIME = 0.95  # least real-time factor of a report that counts as real time
 
 
-class Ticks(NamedTuple):
+class Interval:
     """
-    Regularity of the messages of particles in an interval of time.
+    What a node has published and used in an interval of time.
 
-    Attributes
-    ----------
-    count, late
-        Pauses between two messages, and those of them that exceed a period by half of it.
-    missing
-        Messages fewer than the rate requires.
-    longest
-        Longest pause, s.
-    lost
-        Messages that were published but not received.
-
+    `count` pauses between messages of particles, `late` of them longer than 1.5 periods, `longest`
+    in s; messages that are `missing` by the rate, or were published and `lost`; the lowest
+    real-time `factor` of whole seconds, 0 if there is none; `text` has all of it in words.
     """
 
-    count: int
-    late: int
-    missing: int
-    longest: float
-    lost: int
+    def __init__(self, node: LiveNode) -> None:
+        self._node, self.began = node, time.monotonic()
+        self._memory, self._used = node.process.memory, node.process.cpu_seconds
 
-    @classmethod
-    def measure(
-        cls,
-        received: Sequence[ReceivedCloud],
-        rate: float,
-        since: float,
-        until: float,
-        *,
-        by_arrival: bool = False,
-    ) -> Ticks:
-        """
-        Evaluate the messages received between two times, s, of a node that ticks at a rate, Hz.
-
-        Pauses are measured between publications, or receptions where the system clock of the node
-        is changed.
-        """
-        window = [each for each in received if since <= each.at <= until]
-        due = int((until - since) * rate)
-        if len(window) < 2:
-            return cls(0, 0, due, until - since, 0)
-        pauses = np.diff([each.at if by_arrival else each.sent for each in window])
-        late = int((pauses > 1.5 / rate).sum())
-        missing = max(due - len(window), 0)
-        lost = window[-1].number - window[0].number + 1 - len(window)
-        return cls(len(pauses), late, missing, float(pauses.max()), lost)
-
-    @property
-    def text(self) -> str:
-        """All values, in words."""
-        return (
+    def end(self, *, by_arrival: bool = False) -> None:
+        """Evaluate; by the times of arrival where the system clock of the node is changed."""
+        node, ended = self._node, time.monotonic()
+        received = [each for each in node.listener.particles if each.at >= self.began]
+        pauses = np.diff([each.at if by_arrival else each.sent for each in received])
+        self.count, self.late = len(pauses), int((pauses > 1.5 / node.rate).sum())
+        self.missing = max(int((ended - self.began) * node.rate) - len(received), 0)
+        self.longest = float(pauses.max(initial=0.0))
+        numbers = [each.number for each in received]
+        self.lost = numbers[-1] - numbers[0] + 1 - len(numbers) if numbers else 0
+        # The first report may describe the time before.
+        reports = [each for each in node.listener.reports if each.at > self.began][1:]
+        self.factor = min((each.factor for each in reports), default=0.0)
+        used = 100 * (node.process.cpu_seconds - self._used) / (ended - self.began)
+        self.text = (
             f'{self.late} of {self.count} ticks late, {self.missing} missing, longest pause '
-            f'{self.longest:.3f} s, {self.lost} messages lost'
+            f'{self.longest:.3f} s, {self.lost} messages lost; lowest real-time factor '
+            f'{self.factor:.3f}; {used:.0f} % of a core; '
+            f'memory {node.process.memory - self._memory:+.1f} MB'
         )
+
+    def require(self, *, real_time: bool = False) -> None:
+        """Require of a timed node that no message was lost, and perhaps that it kept real time."""
+        if self._node.timed:
+            assert self.count > 0
+            assert self.lost == 0
+            assert self.factor >= REAL_TIME or not real_time
 
 
 class LiveNode:
     """
-    A node that publishes, and a listener.
+    A node that publishes, its process, and a listener in this one.
 
-    Attributes
-    ----------
-    process, listener
-        The node's process; the probe in this one.
-    timed
-        True to require rates, which depend on the machine and on what else it does.
-
+    Rates are required of `timed` nodes only: they depend on the machine and its other work.
     """
 
     rate = 60.0  # Hz, of the ticks
 
     def __init__(self, domain: int, process: Process, listener: Listener, *, timed: bool) -> None:
         self._domain = domain
-        self.process = process
-        self.listener = listener
-        self.timed = timed
+        self.process, self.listener, self.timed = process, listener, timed
 
     @contextmanager
     def beside(self, *command: str, until: str) -> Iterator[Process]:
@@ -110,21 +86,27 @@ class LiveNode:
         finally:
             process.stop(signal.SIGKILL)
 
-    def recover(self, after: float) -> float:
+    @contextmanager
+    def interval(self, *, by_arrival: bool = False) -> Iterator[Interval]:
+        """Measure what is published and used meanwhile."""
+        interval = Interval(self)
+        yield interval
+        interval.end(by_arrival=by_arrival)
+
+    def recover(self) -> str:
         """
-        Wait until the node publishes particles again.
+        Wait until the node publishes particles again; return how long that took, in words.
 
         Timed nodes must have their full rate for half a second, and report that all is well.
-        Returned is how long after a moment, s, the first of these messages came.
         """
-        listener, nominal = self.listener, _STEADY / self.rate
+        after, listener = time.monotonic(), self.listener
         count = _STEADY if self.timed else 5
 
         def first() -> float | None:
             begin = bisect_left(listener.particles, after, key=lambda each: each.at)
             times = [each.at for each in listener.particles[begin:]]
             for start, end in zip(times, times[count:], strict=False):
-                if not self.timed or _LEAST < (end - start) / nominal < _MOST:
+                if not self.timed or _LEAST < (end - start) * self.rate / _STEADY < _MOST:
                     return start
             return None
 
@@ -136,22 +118,12 @@ class LiveNode:
 
         patience = SOON if self.timed else PATIENCE
         listener.spin_until(lambda: first() and (not self.timed or well()), patience)
-        return (first() or after) - after
+        return f'full rate after {first() - after:.2f} s'
 
     def wait_for_stamp(self, seconds: float) -> None:
         """Wait for particles that are stamped with a time, s, or the minute around it."""
         received = self.listener.particles
         self.listener.spin_until(lambda: abs(received[-1].stamp - seconds) < 60)
-
-    def ticks(self, since: float, until: float, *, by_arrival: bool = False) -> Ticks:
-        """Return the regularity of the messages between two times, s."""
-        received = self.listener.particles
-        return Ticks.measure(received, self.rate, since, until, by_arrival=by_arrival)
-
-    def lowest_factor(self, since: float, until: float) -> float:
-        """Return the lowest real-time factor of whole seconds between two times; 0: none."""
-        reports = [each for each in self.listener.reports if since < each.at <= until]
-        return min((each.factor for each in reports[1:]), default=0.0)
 
     def check(self) -> None:
         """Check that the node lives, answers, and has published only finite numbers."""
@@ -174,9 +146,9 @@ def live_node(
             # One after the other: Fast DDS may miss a participant that starts at the same moment.
             process.wait_for_output('publishing')
             with probing(domain, Listener) as listener:
-                node = LiveNode(domain, process, listener, timed=timed)
                 listener.next_report()
-                node.recover(time.monotonic())
+                node = LiveNode(domain, process, listener, timed=timed)
+                node.recover()
                 yield node
         finally:
             process.end()

@@ -1,10 +1,10 @@
 """
-Other participants on the graph of a node, each in a process of its own.
+Other participants on the graph of a node, each in a process of its own: `python peers.py ROLE …`.
 
-    peers.py subscribe        until it is ended
-    peers.py crowd 100        so many participants that come and go
-    peers.py flood 2000 10    commands of wind and sphere, so many of each a second, for 10 s
-    peers.py burn             keep a core busy
+    subscribe        until it is ended
+    crowd 100 10     so many participants that come and go, so many of them at once
+    flood 2000 10    commands of wind and sphere, so many of each a second, for 10 s
+    burn             keep a core busy
 """
 
 from __future__ import annotations
@@ -14,103 +14,76 @@ import signal
 import sys
 import time
 from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
-import rclpy
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
-from rclpy.context import Context
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from ros import pose, probing, wind
+
 PEER = (sys.executable, __file__)
 DEPTH = 5  # of the queues, as RViz has them
-AT_ONCE = 10  # participants of a crowd that are present together
 LAST = -4.0  # m, height at which a flood leaves the sphere
+DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', '0'))
 
 
-class Subscriber:
-    """A participant that subscribes reliably, as RViz does."""
-
-    def __init__(self) -> None:
-        self._context = Context()
-        rclpy.init(context=self._context)
-        self._node = Node('subscriber', context=self._context)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self._received = 0
+@contextmanager
+def subscriber() -> Iterator[Callable[[Callable[[int], bool]], None]]:
+    """Subscribe as RViz does; what is returned spins until the number of messages is right."""
+    with probing(DOMAIN) as probe:
+        received: list[bytes] = []
         for kind, topic in ((PointCloud2, 'particles'), (MarkerArray, 'markers')):
-            self._node.create_subscription(kind, f'/cloth/{topic}', self._count, DEPTH, raw=True)
-
-    def _count(self, _: bytes) -> None:
-        self._received += 1
-
-    def receive(self, count: float = 1) -> None:
-        """Spin until so many messages have been received."""
-        while self._received < count:
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def leave(self) -> None:
-        """Leave the graph in order."""
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+            probe.create_subscription(kind, f'/cloth/{topic}', received.append, DEPTH, raw=True)
+        yield lambda enough: probe.spin_until(lambda: enough(len(received)), float('inf'))
 
 
 def subscribe() -> None:
     """Subscribe until the process is ended."""
-    subscriber = Subscriber()
-    subscriber.receive()
-    print('subscribed', flush=True)
-    subscriber.receive(float('inf'))
+    with subscriber() as spin:
+        spin(bool)
+        print('begin', flush=True)
+        spin(lambda _: False)
 
 
-def crowd(count: str) -> None:
+def crowd(count: str, at_once: str) -> None:
     """Subscribe, receive and leave, many times; the last participants are killed."""
     print('begin', flush=True)
-    present: deque[Subscriber] = deque()
+    present: deque[ExitStack] = deque()
     for _ in range(int(count)):
-        present.append(Subscriber())
-        if len(present) > AT_ONCE:
-            present[0].receive()
-            present.popleft().leave()
-    for each in present:
-        each.receive()
+        present.append(ExitStack())
+        present[-1].enter_context(subscriber())(bool)
+        if len(present) > int(at_once):
+            present.popleft().close()
     print('all have received', flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 
 
 def flood(rate: str, seconds: str) -> None:
     """Command wind and sphere at a high rate; calm air and the sphere at `LAST` in the end."""
-    rclpy.init()
-    node = rclpy.create_node('flood')
-    wind = node.create_publisher(Vector3Stamped, '/wind', DEPTH)
-    sphere = node.create_publisher(PoseStamped, '/sphere_pose', DEPTH)
-    while not (wind.get_subscription_count() and sphere.get_subscription_count()):
-        time.sleep(0.01)
-    velocity, place = Vector3Stamped(), PoseStamped()
-
-    def send_last() -> None:
-        velocity.vector.y, place.pose.position.z = 0.0, LAST
-        for publisher, message in ((wind, velocity), (sphere, place)):
-            publisher.publish(message)
+    with probing(DOMAIN) as probe:
+        publishers = (
+            probe.publisher(Vector3Stamped, '/wind', DEPTH),
+            probe.publisher(PoseStamped, '/sphere_pose', DEPTH),
+        )
+        print('begin', flush=True)
+        start, sent = time.monotonic(), 0
+        while (now := time.monotonic() - start) < float(seconds):
+            if sent >= float(rate) * now:
+                time.sleep(1e-4)
+                continue
+            commands = wind(y=2.0 * (-1) ** sent), pose(z=-5.0 - 1e-4 * (sent % 1000))
+            for publisher, command in zip(publishers, commands, strict=True):
+                publisher.publish(command)
+            sent += 1
+        for publisher, command in zip(publishers, (wind(), pose(z=LAST)), strict=True):
+            publisher.publish(command)
             publisher.wait_for_all_acked(Duration(seconds=5))
-
-    send_last()
-    print('begin', flush=True)
-    start, sent = time.monotonic(), 0
-    while (now := time.monotonic() - start) < float(seconds):
-        if sent >= float(rate) * now:
-            time.sleep(1e-4)
-            continue
-        velocity.vector.y = 2.0 * (-1) ** sent
-        place.pose.position.z = -5.0 - 1e-4 * (sent % 1000)
-        wind.publish(velocity)
-        sphere.publish(place)
-        sent += 1
-    send_last()
-    print(f'{sent / float(seconds):.0f} per second', flush=True)
-    rclpy.shutdown()
+        print(f'{sent / float(seconds):.0f} per second', flush=True)
 
 
 def burn() -> None:

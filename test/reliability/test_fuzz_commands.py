@@ -1,78 +1,45 @@
 """Bad command lines of both commands."""
 
+import contextlib
+import io
 import os
-import random
 import subprocess
 import sys
 from itertools import chain
 
 import pytest
+from builders import examples
 from hypothesis import given
 from hypothesis import strategies as st
-from reliability.invalid_values import times
-from reliability.scene_files import HEAD, SCENES, bad_files
+from reliability.invalid_values import NAMES
+from reliability.scene_files import HEAD, SCENES, TOKENS, bad_files
 from ros import NODE, ROOT, Process, environment
 
 from cloth_ros.tradeoff.main import main as tradeoff
 
-QOS = 'qos_overrides./cloth/particles.publisher'
-
-
-def arguments(lines: str) -> list[list[str]]:
-    """Return the command line of each line, whose arguments are separated by blanks."""
-    return [line.split() for line in lines.strip().splitlines()]
-
-
+SET, QOS = '--ros-args -p', 'qos_overrides./cloth/particles.publisher'
 # Each of these was accepted, or failed in another way, once.
-INVALID = arguments(f"""
+INVALID = f"""
     --help
     config/gust.yaml
     --ros-args --foo
-    --ros-args -p pins:=[]
-    --ros-args -p pins:={'[' * 2000}
-    --ros-args -p {QOS}.depth:=junk
-    --ros-args -p {QOS}.depth:={2**63 - 1}
-    --ros-args -p {QOS}.depth:=1e3
-    --ros-args -p {QOS}.reliability:=1
-    --ros-args -p {QOS}.history:=keep_all
-    --ros-args -p qos_overrides./wind.subscription.history:=KEEP_ALL
-    --ros-args -p sheet.rows:=1024 -p sheet.columns:=1024 -p markers.springs:=true -p \
+    {SET} pins:=[]
+    {SET} pins:={'[' * 2000}
+    {SET} {QOS}.depth:=junk
+    {SET} {QOS}.depth:={2**63 - 1}
+    {SET} {QOS}.depth:=1e3
+    {SET} {QOS}.reliability:=1
+    {SET} {QOS}.history:=keep_all
+    {SET} qos_overrides./wind.subscription.history:=KEEP_ALL
+    {SET} sheet.rows:=1024 -p sheet.columns:=1024 -p markers.springs:=true -p \
 qos_overrides./cloth/markers.publisher.depth:=1000
-""")
-VALUES = arguments(f"""
-    rate fast .nan 0 1e400 true [60.0] [1 *a "60" !!python/object:os.system
-    sheet.rows 0 1025 2.5 {'9' * 30} -1 {{}}
-    gravity [1,2] [a,b,c] [[1]] {{a:1}} [.nan,0.0,0.0]
-    pins [0] ["99,0"] "0,0" {' '.join(f'["{"9" * n},0"]' for n in (30, 300, 5000))}
-    frame_id {'x' * 100_000} 3 "\\n" [a]
-    {QOS}.depth -1 2000000000 {'9' * 18}
-    {QOS}.reliability junk "" [a]
-    {QOS}.history junk true
-    solver.substeps 3
-    wind.gust.speed [5.0,1.0]
-""")
-ARGUMENTS = [
-    *(['--ros-args', '-p', f'{name}:={value}'] for name, *values in VALUES for value in values),
-    *(['--ros-args', '-p', rule] for rule in ('rate', 'rate:=', ':=3', 'a b:=3', '=')),
-    *(['--ros-args', '-r', rule] for rule in ('__node:=a b', '__ns:=//', '__node:=', ':=')),
-    *([word] for word in ('-h', '--foo', '--', '', '\udcff', '--quick')),
-    *(
-        ['--ros-args', *words]
-        for words in (['foo'], ['-p'], ['-r'], ['--params-file'], ['-e', 'a'])
-    ),
-    *(['--ros-args', '--log-level', level] for level in ('junk', 'a:=b:=c', '')),
-    *(['--ros-args', '--log-config-file', 'none'], ['--ros-args', '-p', 'frame_id:=\udcff']),
-    *(['--ros-args', '--params-file', path] for path in ('none.yaml', '/tmp', '/dev/zero', '')),
-]
+""".strip().splitlines()
 
 
 def check_refusal(status: int, output: str, command: str) -> None:
     """Check for exit code 2 and one clear line; rcl writes lines of its own to its log."""
-    own = [
-        line
-        for line in output.splitlines()
-        if not any(word in line for word in ('] [rcl', '[rcutils', '[INFO]'))
-    ]
+    logged = ('] [rcl', '[rcutils', '[INFO]')
+    own = [line for line in output.splitlines() if not any(word in line for word in logged)]
     assert status == 2, output[-600:]
     assert len(own) == 1, output[-600:]
     assert own[0].startswith(f'{command}: ')
@@ -80,98 +47,122 @@ def check_refusal(status: int, output: str, command: str) -> None:
     assert len(own[0]) <= 1500  # what rcl quotes included
 
 
-def start_all(domain: int, lines: list[list[str]], outcomes) -> None:
-    """Start the node with command lines, some at a time; each is refused, or runs and ends."""
-    at_once = os.cpu_count() or 1
-    for first in range(0, len(lines), at_once):
-        group = [
-            Process([*NODE, *arguments], {**environment(domain), 'PYTHONUNBUFFERED': '1'})
-            for arguments in lines[first : first + at_once]
-        ]
-        try:
-            for process in group:
-                try:
-                    process.wait_for_output('publishing')
-                except AssertionError:  # it has ended
-                    check_refusal(process.stop(0), process.output, 'cloth_node')
-                    outcomes['refused'] += 1
-                else:
-                    assert process.stop() == 0, process.output
-                    outcomes['ran'] += 1
-        finally:
-            for process in group:
-                process.end()
+def start_nodes(domain: int, *lines: list[str]) -> int:
+    """Start nodes with command lines, which are refused or run; return how many are refused."""
+    nodes, refused = [Process([*NODE, *line], environment(domain)) for line in lines], 0
+    try:
+        for node in nodes:
+            try:
+                node.wait_for_output('publishing')
+            except AssertionError:  # it has ended
+                check_refusal(node.stop(0), node.output, 'cloth_node')
+                refused += 1
+            assert node.stop() == (2 if 'publishing' not in node.output else 0), node.output
+    finally:
+        for node in nodes:
+            node.end()
+    return refused
 
 
 def test_command_lines_of_the_node_known_to_be_invalid(domain, outcomes):
     """Command lines of cloth_node that ran or failed otherwise once: exit code 2 and one line."""
-    start_all(domain, INVALID, outcomes)
+    at_once = os.cpu_count() or 1
+    for n in range(0, len(INVALID), at_once):
+        outcomes['refused'] += start_nodes(domain, *map(str.split, INVALID[n : n + at_once]))
     assert outcomes['refused'] == len(INVALID)
 
 
+WORDS = [token.decode('utf-8', 'surrogateescape') for token in TOKENS if b'\0' not in token]
+WORDS += [
+    '',
+    'junk',
+    '[1,2]',
+    '[a,b,c]',
+    '[[1]]',
+    '0',
+    '-1',
+    '2.5',
+    '1e400',
+    'x' * 100_000,
+    '/tmp',
+]
+FLAGS = ['-p', '-r', '-e', '--params-file', '--log-level', '--log-config-file', '--foo']
+SETTABLE = [*NAMES, '__node', '__ns', 'wind', '', *(f'{QOS}.{x}' for x in ('depth', 'history'))]
+
+
 @pytest.mark.long
-def test_command_lines_of_the_node(domain, tmp_path, outcomes):
+@examples(0.02)
+@given(
+    words=st.tuples(st.sampled_from(WORDS))
+    | st.tuples(st.just('--ros-args'), st.sampled_from(FLAGS), st.sampled_from(WORDS))
+    | st.tuples(st.sampled_from(SETTABLE), st.sampled_from(WORDS)).map(
+        lambda rule: ('--ros-args', '-p', ':='.join(rule))
+    ),
+    content=st.none() | st.sampled_from(bad_files()),
+)
+def test_command_lines_of_the_node(domain, tmp_path, words, content, outcomes):
     """Command lines and damaged files for cloth_node: exit code 2 and one line, or it runs."""
-    lines = list(ARGUMENTS)
-    for n, content in enumerate(random.Random(0).sample(bad_files(), 20)):
-        path = tmp_path / f'{n}.yaml'
-        path.write_bytes(content)
-        lines.append(['--ros-args', '--params-file', str(path)])
-    start_all(domain, lines, outcomes)
+    if content is not None:
+        (tmp_path / 'scene.yaml').write_bytes(content)
+        words = ('--ros-args', '--params-file', str(tmp_path / 'scene.yaml'))
+    outcomes['refused' if start_nodes(domain, list(words)) else 'ran'] += 1
 
 
 @pytest.fixture(scope='module')
 def folder(tmp_path_factory):
     """A folder with scenes, most of which the study cannot take."""
     folder = tmp_path_factory.mktemp('study')
-    for name, content in (
-        ('good', SCENES[0]),
-        ('bad', HEAD + b'    rate: -1\n'),
-        ('full', HEAD + b'    pins: [":,:"]\n'),
-        ('soft', HEAD + b'    springs: {structural: 0, shear: 0, bending: 0}\n'),
-    ):
-        (folder / f'{name}.yaml').write_bytes(content)
+    (folder / 'good.yaml').write_bytes(SCENES[0])
+    (folder / 'bad.yaml').write_bytes(HEAD + b'    rate: -1\n')
+    (folder / 'full.yaml').write_bytes(HEAD + b'    pins: [":,:"]\n')
+    no_springs = b'    springs: {structural: 0, shear: 0, bending: 0}\n'
+    (folder / 'soft.yaml').write_bytes(HEAD + no_springs)
     return folder
 
 
-WORDS = st.text('abcdefghijklmnopqrstuvwxyz', min_size=4, max_size=4)
+VALID = [
+    ['--quick'],
+    ['--fresh'],
+    ['--seconds', '0.5'],
+    ['--over', '0.2'],
+    ['--out', 'FOLDER/out'],
+]
 
 
 @st.composite
 def study_arguments(draw: st.DrawFn) -> list[str]:
     """Draw valid options, and after them one thing that makes the study refuse to begin."""
-    options = (['--quick'], ['--fresh'], ['--seconds', '0.5'], ['--over', '0.2'])
-    options += (['--sphere', '0', '0', '1'], ['--out', 'FOLDER/out'])
-    chosen = draw(st.lists(st.sampled_from(options), unique_by=str, max_size=3))
-    word, good = draw(WORDS), 'FOLDER/good.yaml'
+    options = draw(st.lists(st.sampled_from(VALID), unique_by=str, max_size=3))
+    word, good = draw(st.text('abcdefgh', min_size=4, max_size=4)), 'FOLDER/good.yaml'
     number = draw(
         st.sampled_from(['', 'nan', 'inf', '-inf', '0', '1e400', '1e-999', '\udcff', '--', word])
         | (st.floats(61, 1e6) | st.floats(-1e6, 0)).map(str)
     )
     scenes = [f'FOLDER/{name}.yaml' for name in ('bad', 'full', 'soft')]
     paths = [*scenes, 'FOLDER', '/dev/zero', word, '', '\0', '\udcff', '--foo', '-q', '--quick=3']
-    outs = [good, f'/proc/{word}', '\0', '/dev/null/x']
-    wrong = st.one_of(
-        st.sampled_from(paths).map(lambda path: [path]),
-        st.sampled_from([[], ['--sphere', '1'], ['--out'], ['--', '--out'], [good, good]]),
-        st.sampled_from(['--seconds', '--over']).map(lambda flag: [good, flag, number]),
-        st.just([good, '--sphere', word, '0', number]),
-        st.sampled_from(outs).map(lambda out: [good, '--out', out]),
+    wrong = (
+        *([path] for path in paths),
+        *([], ['--sphere', '1'], ['--out'], ['--', '--out'], [good, good]),
+        *([good, flag, number] for flag in ('--seconds', '--over')),
+        [good, '--sphere', word, '0', number],
+        *([good, '--out', out] for out in (good, f'/proc/{word}', '\0', '/dev/null/x')),
     )
-    return [*chain(*chosen), *draw(wrong)]
+    return [*chain(*options), *draw(st.sampled_from(wrong))]
 
 
-@times(0.4)
+@examples(0.4)
 @given(arguments=study_arguments())
-def test_command_lines_of_the_study(arguments, folder, capsys, outcomes):
+def test_command_lines_of_the_study(arguments, folder, outcomes):
     """Command lines of cloth_tradeoff that it cannot take: exit code 2 and one line."""
-    try:
-        status = tradeoff([argument.replace('FOLDER', str(folder)) for argument in arguments])
-    except SystemExit as ending:
-        status = ending.code
-    printed = capsys.readouterr()
-    output = (printed.out + printed.err).encode('utf-8', 'backslashreplace').decode()
-    check_refusal(status, output, 'cloth_tradeoff')
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+        try:
+            status = tradeoff([argument.replace('FOLDER', str(folder)) for argument in arguments])
+        except SystemExit as ending:
+            status = ending.code
+    # As the standard error stream writes it.
+    text = output.getvalue().encode('utf-8', 'backslashreplace').decode()
+    check_refusal(status, text, 'cloth_tradeoff')
     outcomes['refused'] += 1
 
 

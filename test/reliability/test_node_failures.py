@@ -63,7 +63,7 @@ def test_a_clock_that_is_no_time(start_cloth, probe):
     clock = probe.publisher(Clock, '/clock')
     for sec, nanosec in ((-1, 0), (-(2**31), 2**32 - 1), (2**31 - 1, 2**32 - 1), (5, 10**9)):
         clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
-    publish_until(lambda: 'refused a message on clock' in node.output, probe, clock,
+    publish_until(lambda: 'rejected a message on clock' in node.output, probe, clock,
                   repeat(Clock(clock=Time(sec=-1))))  # fmt: skip
     particles = probe.collect(PointCloud2, '/cloth/particles')
     for sec in (2**31 - 1, 7):

@@ -1,1 +1,1 @@
-"""."""
+"""Colliders: their paths, broad phase, and continuous collision with the sheet."""

@@ -26,7 +26,7 @@ _LIFETIME = 16
 # fewer candidates are enough, and a clearance may have opened.
 _WIDE = 4.0
 # Greatest decrease of the distance of two boxes whose corners move along different axes, as a
-# multiple of their way.
+# multiple of their displacement.
 _AXES = math.sqrt(3.0)
 
 
@@ -226,18 +226,18 @@ class BroadPhase:
         """Discard the candidates: sheet or sphere were moved from outside."""
         self.clearance, self._margin = 0.0, -math.inf
 
-    def reduce_clearance(self, way: float) -> None:
-        """Account for an approach of sphere and sheet by up to `way`, m."""
-        self.clearance -= way
-        self._margin -= way
+    def reduce_clearance(self, approach: float) -> None:
+        """Account for an approach of sphere and sheet of up to `approach`, m."""
+        self.clearance -= approach
+        self._margin -= approach
 
-    def is_clear(self, way: float) -> bool:
+    def is_clear(self, approach: float) -> bool:
         """
-        Return whether sphere and sheet stay apart while they approach each other by `way`, m.
+        Return whether sphere and sheet stay apart during an approach of `approach`, m.
 
-        The candidates are then discarded: they are not updated on that way.
+        The candidates are then discarded: they are not updated during that approach.
         """
-        clear = self.clearance > way  # False for NaN
+        clear = self.clearance > approach  # False for NaN
         if clear:
             self._margin = -math.inf
         return clear
@@ -274,7 +274,7 @@ class BroadPhase:
         self._cells[: self._count], self.clearance, self._margin = candidates
 
     def find(
-        self, state: State, h: float, start: Array, end: Array, radius: float, way: float
+        self, state: State, h: float, start: Array, end: Array, radius: float, approach: float
     ) -> tuple[Array, Array]:
         """
         Return the particles that the sphere may touch on its path, and their triangles.
@@ -288,7 +288,7 @@ class BroadPhase:
         start, end, radius
             Path of the sphere's centre in the substep, relative to the origin of the state, and
             its radius, m.
-        way
+        approach
             Distance, m, by which sphere and sheet may have approached each other in the substep,
             already accounted for.  A push by the sphere may move particles by as much again.
 
@@ -302,9 +302,9 @@ class BroadPhase:
         grid = self._grid
         layout = (grid.begin, grid.stride, grid.rows, grid.columns)
         fields = (state.position, state.velocity)
-        margin = way + min(_LIFETIME * way, radius)
-        if not way <= self._margin <= _WIDE * margin:  # True for NaN
-            reach = radius + _AXES * (way + margin)
+        margin = approach + min(_LIFETIME * approach, radius)
+        if not approach <= self._margin <= _WIDE * margin:  # True for NaN
+            reach = radius + _AXES * (approach + margin)
             self._count, nearest = 0, 0.0 if self._near else self.distance(state, start, end)
             if not nearest > reach:  # True for NaN
                 self._near = True
@@ -314,7 +314,7 @@ class BroadPhase:
         if not self._count:
             return self._particles[:0], triangles
         number, count = _gather(
-            *fields, *layout, h, start, end, radius + way, self._cells[: self._count],
+            *fields, *layout, h, start, end, radius + approach, self._cells[: self._count],
             self._particles, triangles, self._local,
         )  # fmt: skip
         return self._particles[:number], triangles[:count]

@@ -1,4 +1,4 @@
-"""Interface of colliders: rigid bodies that move as commanded, whatever the cloth does."""
+"""Interface of colliders: rigid bodies that move as commanded, unaffected by the cloth."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from ..state import State
 @runtime_checkable
 class Collider(Protocol):
     """
-    What a cloth tells about a collider, beside `interaction.Interaction`.
+    A collider, as seen by users of a cloth; it is also an `interaction.Interaction`.
 
     Attributes
     ----------
     name
         Unique in the scene.
+    shape
+        'sphere', 'box' or 'cylinder'.
     initial_position
         Position parameter of the scene, m.
     max_penetration
@@ -28,12 +30,18 @@ class Collider(Protocol):
     """
 
     name: str
+    shape: str
     initial_position: Vector
     max_penetration: float
 
     @property
     def position(self) -> Vector:
         """Position in the world now, m."""
+        ...
+
+    @property
+    def size(self) -> Vector:
+        """Lengths along the axes of the collider now, m."""
         ...
 
     def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:

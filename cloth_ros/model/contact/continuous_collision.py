@@ -52,7 +52,7 @@ def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[n
             (wa * points[a, 1] + wb * points[b, 1] + wc * points[c, 1]) / distance,
             (wa * points[a, 2] + wb * points[b, 2] + wc * points[c, 2]) / distance,
         )
-    # The origin lies in the triangle, whose normal is as good as any other way out.
+    # The origin lies in the triangle, whose normal is taken as the direction.
     nx, ny, nz = normal_of(points, a, b, c)
     length = np.sqrt(nx * nx + ny * ny + nz * nz)
     if length > 0.0:
@@ -220,8 +220,8 @@ def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, 
         travel = np.sqrt(travel)
         if travel > _CARRIED * radius:
             for axis in range(3):
-                way = points[i, axis] - start[i, axis]
-                points[i, axis] = start[i, axis] + way * _CARRIED * radius / travel
+                displacement = points[i, axis] - start[i, axis]
+                points[i, axis] = start[i, axis] + displacement * _CARRIED * radius / travel
                 velocities[i, axis] = 0.0
     changed = True
     while changed:

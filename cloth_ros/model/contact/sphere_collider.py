@@ -16,7 +16,7 @@ A sphere that is placed inside the sheet, at the start or by a change from outsi
 at once.  It therefore starts as large as there is room for it, and grows at `GROWTH`.
 
 Every cell is taken as four triangles, both diagonals: the contact has no preferred direction, and
-holds for whatever triangles a user draws.  A row of particles is a row of segments, and a single
+holds for the triangles of either diagonal.  A row of particles is a row of segments, and a single
 particle a point.
 """
 
@@ -175,6 +175,7 @@ class SphereCollider:
     """
 
     name = 'sphere'
+    shape = 'sphere'
 
     def __init__(self, scene: Scene, grid: Grid) -> None:
         sphere = scene.sphere
@@ -197,6 +198,11 @@ class SphereCollider:
         """Centre in the world, m."""
         x, y, z = self._centre.tolist()
         return (x, y, z)
+
+    @property
+    def size(self) -> Vector:
+        """Diameter now, m, along each axis."""
+        return (2 * self.radius, 2 * self.radius, 2 * self.radius)
 
     def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:
         """Return a commanded centre, m, near a sheet at `sheet`, m; raises ValueError."""
@@ -229,9 +235,9 @@ class SphereCollider:
         centre = self._centre - state.origin
         speed = float(np.linalg.norm(state.velocities, axis=0).max())
         points = [self._centre, *map(np.array, inputs.collider_paths.get(self.name, ()))]
-        way = np.linalg.norm(np.diff(points, axis=0), axis=1).sum() + seconds * 2 * speed
+        approach = np.linalg.norm(np.diff(points, axis=0), axis=1).sum() + seconds * 2 * speed
         # True for NaN.
-        return not self._broad_phase.distance(state, centre, centre) > self._full_radius + way
+        return not self._broad_phase.distance(state, centre, centre) > self._full_radius + approach
 
     def act(self, state: State, time: float, h: float) -> None:
         """Move the sphere through the substep that `state` has just made; resolve contact."""
@@ -245,12 +251,14 @@ class SphereCollider:
             self.radius = min(before + h * GROWTH, self._full_radius)
             self._broad_phase.invalidate()
         former, self._fastest = self._fastest, max_speed(state)
-        way = h * (max(self._fastest, former) + math.hypot(*velocity))  # NaN if it is that now
-        self._broad_phase.reduce_clearance(way)
+        approach = h * (
+            max(self._fastest, former) + math.hypot(*velocity)
+        )  # NaN if it is that now
+        self._broad_phase.reduce_clearance(approach)
         self.max_penetration = 0.0
         if self._broad_phase.clearance > 0:
             return
-        particles, triangles = self._broad_phase.find(state, h, start, end, self.radius, way)
+        particles, triangles = self._broad_phase.find(state, h, start, end, self.radius, approach)
         if not len(particles):
             return
         self.max_penetration, touched, forced, pinned, work, farthest = _resolve_substep(
@@ -262,8 +270,8 @@ class SphereCollider:
             self._work += math.inf if forced or growing else work
             self._broad_phase.reduce_clearance(farthest)
         if forced and self.max_penetration > 0.0:
-            # Particles too fast to be forced out of the way: the sphere shrinks to the room that
-            # is left.  Not where pins hold the sheet; they leave none.
+            # Particles are too fast to be pushed out: the sphere shrinks to the room that is left.
+            # Not where pins hold the sheet; they leave none.
             least = before if pinned else min(_SMALLEST, self._full_radius)
             room = max(self.radius - self.max_penetration, least)
             self.max_penetration = max(self.max_penetration - (self.radius - room), 0.0)
@@ -281,7 +289,7 @@ class SphereCollider:
         In the frame of the sphere, contact adds no energy; in that of the world, an impulse J then
         adds u·J at most, with u the velocity of the sphere, and the work against gravity of
         particles that a long substep displaces without an impulse.  The work of a sphere that
-        grows in touch with the sheet, or that the sheet cannot get out of the way of, is unknown:
+        grows in touch with the sheet, or that the sheet cannot avoid, is unknown:
         inf.
         """
         work, self._work, self.touched = self._work, 0.0, False

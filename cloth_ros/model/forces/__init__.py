@@ -1,1 +1,1 @@
-"""."""
+"""Forces on one particle: springs and dashpots, air, gusts."""

@@ -49,7 +49,7 @@ def _drift(first, last, position, back_buffer, velocity, h):  # type: ignore[no-
 
 
 @inlined
-def _adopt_and_drift(first, last, position, back_buffer, velocity, midpoint, h):  # type: ignore[no-untyped-def]
+def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h):  # type: ignore[no-untyped-def]
     for i in range(first, last):
         u, v, w = midpoint[0, i], midpoint[1, i], midpoint[2, i]
         velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
@@ -202,7 +202,9 @@ def compose(
                             air_velocity, decay, gain, strength, bounds, air,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
-                        _adopt_and_drift(first, last, position, back_buffer, velocity, midpoint, h)
+                        _update_and_drift(
+                            first, last, position, back_buffer, velocity, midpoint, h
+                        )
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)
             barrier(counters, chunks, n)

@@ -1,1 +1,1 @@
-"""."""
+"""Compilation of kernels, and the threads that share their loops."""

@@ -21,7 +21,7 @@ from numba.core.caching import FunctionCache
 # not finite shows as such.
 _RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
 
-# Wrappers for calls from C and from Python that nobody makes: a third of the compilation time.
+# Without wrappers for calls from C and from Python that are not needed: a third of the time.
 _NO_CALLBACK: dict[str, Any] = {'no_cfunc_wrapper': True}
 _NOT_FROM_PYTHON: dict[str, Any] = {'no_cfunc_wrapper': True, 'no_cpython_wrapper': True}
 
@@ -154,7 +154,7 @@ def exact(function: Kernel) -> Kernel:
 
 
 def exact_subroutine(function: Kernel) -> Kernel:
-    """Compile a function with IEEE arithmetic that only kernels call."""
+    """Compile a function with IEEE arithmetic for kernels; a call from Python would crash."""
     return _compiled(function, **_NOT_FROM_PYTHON)
 
 

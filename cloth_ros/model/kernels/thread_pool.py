@@ -9,7 +9,7 @@ So no thread waits for one that the system has not scheduled yet: beside another
 fast as one thread, not slower.  Pools of all sizes share their threads.
 
 Two threads at 128 × 128 take 2.8 to 3.7 ns per particle and substep with this pool, and 3.9 ns
-with Numba's `prange`, which launches its threads anew in each loop.
+with Numba's `prange`, which launches its threads in each loop.
 
 Threads claim chunks by tickets: one counter per thread, for its part of the chunks, counts up over
 all loops.

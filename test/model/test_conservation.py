@@ -1,0 +1,96 @@
+"""Conserved quantities and symmetries; closed solutions are in `tradeoff/analytic_cases.py`."""
+
+import numpy as np
+import pytest
+from builders import (
+    NEGLIGIBLE_AIR,
+    SPRINGS_ONLY,
+    VACUUM,
+    cloth_of,
+    crumple,
+    examples,
+    precisions,
+    scene_of,
+    seeds,
+    small_cloth,
+)
+from hypothesis import given
+
+from cloth_ros import Cloth
+from cloth_ros.model.grid import rotation_matrix
+from cloth_ros.model.integrators import INTEGRATORS
+
+every_method = pytest.mark.parametrize('method', INTEGRATORS)
+
+
+@every_method
+@examples(0.1)
+@given(seeds, precisions)
+def test_momentum_is_conserved_without_external_forces(method, seed, precision):
+    dashpots = {**SPRINGS_ONLY, **NEGLIGIBLE_AIR, 'springs__damping': 0.01}
+    cloth = small_cloth(**dashpots, solver={'precision': precision, 'method': method})
+    crumple(cloth, 0.05, seed, speed=1.0)
+    p, v = cloth.positions, cloth.velocities
+    cloth.advance(0.5)
+    q, w = cloth.positions, cloth.velocities
+    tight = 1e-12 if precision == 'double' else 1e-3
+    np.testing.assert_allclose(w.mean((0, 1)), v.mean((0, 1)), atol=tight)
+    np.testing.assert_allclose((q - p).mean((0, 1)), 0.5 * w.mean((0, 1)), atol=tight)
+    if precision == 'double':
+        # Kicks along the springs and drifts along the velocities keep the angular momentum.
+        before, after = np.cross(p, v).sum((0, 1)), np.cross(q, w).sum((0, 1))
+        np.testing.assert_allclose(after, before, atol=1e-9 * np.abs(np.cross(p, v)).sum())
+
+
+@every_method
+def test_energy_is_conserved_without_damping(method):
+    solver = {'precision': 'double', 'method': method}
+    cloth = cloth_of(**VACUUM, sheet__rows=10, sheet__columns=10, solver=solver)
+    start = cloth.energy()
+    swing = 0.2 * 9.81 * 1.0  # J, converted in a fall of the sheet by its length
+    for _ in range(20):
+        cloth.advance(1.0)
+        assert abs(cloth.energy() - start) < 0.002 * swing
+
+
+@every_method
+def test_energy_is_dissipated_at_the_same_rate_for_every_tick(method):
+    lost = []
+    for ticks in (30, 60, 240):
+        cloth = cloth_of(rate=float(ticks), wind__air_density=0.0, solver__method=method)
+        start = cloth.energy()
+        for _ in range(3 * ticks):
+            cloth.advance(1 / ticks)
+        lost.append(start - cloth.energy())
+    assert max(lost) / min(lost) < 1.02
+
+
+ROTATION = rotation_matrix((0.1, -0.5, 0.5, 0.7))
+# Each maps a field (rows, columns, 3) to that of an equal cloth.
+SYMMETRIES = {
+    'rows and columns exchanged': lambda field: np.swapaxes(field, 0, 1),
+    'rows and columns reversed': lambda field: field[::-1, ::-1],
+    'rotated in space': lambda field: field @ ROTATION.T,
+}
+
+
+@pytest.mark.parametrize('name', SYMMETRIES)
+@examples(0.05)
+@given(seeds)
+def test_equal_cloths_move_alike(name, seed):
+    """With springs, dashpots, air, drag and gravity."""
+    generator, symmetry = np.random.default_rng(seed), SYMMETRIES[name]
+    vectors = {'gravity': generator.normal(0, 10, 3), 'wind__velocity': generator.normal(0, 5, 3)}
+    sides = {'sheet__rows': 5, 'sheet__columns': 4, 'sheet__position': [0.0, 0.0, 0.0]}
+    more = {'pins': [''], 'springs__damping': 0.01, 'solver__precision': 'double'}
+    cloth = crumple(cloth_of(**sides, **vectors, **more), 0.02, seed, speed=1.0)
+    if name.startswith('rotated'):
+        vectors = {name: symmetry(vector) for name, vector in vectors.items()}
+    if name.endswith('exchanged'):
+        sides |= {'sheet__rows': 4, 'sheet__columns': 5}
+    other = Cloth(scene_of(**sides, **vectors, **more))
+    other.positions, other.velocities = symmetry(cloth.positions), symmetry(cloth.velocities)
+    for each in (cloth, other):
+        each.advance(0.02)
+    np.testing.assert_allclose(other.positions, symmetry(cloth.positions), atol=1e-9)
+    np.testing.assert_allclose(other.velocities, symmetry(cloth.velocities), atol=1e-6)

@@ -1,0 +1,44 @@
+"""Scenes in ROS parameter files; `reliability/test_fuzz_files.py` has damaged ones."""
+
+import os
+
+import pytest
+
+from cloth_ros import Scene
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [
+        ('', 'no parameters for the node'),
+        ('[', 'not YAML'),
+        ('other: {ros__parameters: {rate: 5.0}}', 'no parameters for the node'),
+        ('cloth: {ros__parameters: 3}', 'ros__parameters of cloth is 3'),
+        ('"/**": {ros__parameters: {rate: !!python/object/apply:os.getcwd []}}', 'a tag'),
+        ('"/**": {ros__parameters: {rat: 60.0}}', "did you mean 'rate'"),
+        # These are strings for ROS.
+        *(
+            (f'"/**": {{ros__parameters: {{rate: {value}}}}}', "rate is '1")
+            for value in ('1:30', '1:' * 180 + '1.5', '1_000', '1_0.5')
+        ),
+    ],
+)
+def test_a_file_without_a_valid_scene_is_refused_in_one_line(tmp_path, text, reason):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(text)
+    (as_bytes,) = os.scandir(os.fsencode(tmp_path))
+    for given in (path, as_bytes):
+        with pytest.raises(ValueError, match=r'scene\.yaml: [^\n]*$') as refusal:
+            Scene.from_yaml(given)
+        assert reason in str(refusal.value)
+
+
+def test_a_file_may_name_the_node_and_set_parameters_of_every_node(tmp_path):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(
+        '/**: {ros__parameters: {use_sim_time: true, rate: 30, sheet.rows: 4}}\n'
+        '/lab/cloth: {ros__parameters: {sheet: {columns: 6}, drag: 1}}\n'
+        'talker: {ros__parameters: {volume: 11}}\n'
+    )
+    scene = Scene.from_yaml(path)
+    assert (scene.rate, scene.drag, scene.sheet.rows, scene.sheet.columns) == (30.0, 1.0, 4, 6)
