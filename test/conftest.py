@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+
+# Before NumPy is imported: its own threads would compete with live nodes and with other tests.
+os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+
 from collections.abc import Callable, Iterator
 
 import pytest
@@ -30,6 +35,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line('markers', 'reliability: random scenes, extremes, bad input, faults')
     config.addinivalue_line('markers', 'long: part of the long form only')
+    config.addinivalue_line('markers', 'slow: not in `make test` but in `make test-all`')
     if not config.getoption('--hypothesis-profile', None):
         settings.load_profile('long' if config.getoption('--long') else 'short')
 

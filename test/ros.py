@@ -44,9 +44,6 @@ FLOATING = {
 SPHERE = {'sphere__radius': 0.1, 'sphere__position': '[0.0, 0.0, 2.0]'}
 
 
-# Processes
-
-
 @contextmanager
 def free_domain() -> Iterator[int]:
     """Lock a ROS domain that no other test on this machine uses meanwhile."""
@@ -152,9 +149,6 @@ class Process:
         return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
 
 
-# A node of the test's own
-
-
 class Probe(Node):
     """A node in this process, in a context of its own."""
 
@@ -231,9 +225,6 @@ def probing(domain: int, make: Callable[[Context], P] = Probe) -> Iterator[P]:
         rclpy.shutdown(context=context)
 
 
-# Messages
-
-
 def stamp(message) -> float:
     """Return the time in the header, s."""
     return message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
@@ -302,9 +293,6 @@ def regular(stamps: list[float], period: float) -> bool:
     """Return True if the newest 30 stamps keep a period, as their median."""
     newest = stamps[-30:]
     return len(newest) == 30 and abs(np.median(np.diff(newest)) - period) < 0.05 * period
-
-
-# What a node publishes
 
 
 class ReceivedCloud(NamedTuple):

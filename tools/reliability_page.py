@@ -9,10 +9,12 @@ for the properties that are recorded in it.
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+from cloth_ros.tradeoff.machine import describe
 from cloth_ros.tradeoff.report import table
 
 from .marked_block import fill
@@ -25,6 +27,17 @@ def properties(element: ElementTree.Element) -> dict[str, str]:
     """Return the properties of a test suite or of a test case."""
     found = element.findall('properties/property')
     return {each.attrib['name']: each.attrib['value'] for each in found}
+
+
+def commit() -> str:
+    """Return the commit, with a plus if files other than the pages were changed since."""
+    git = ['git', 'describe', '--always', '--exclude=*']
+    changed = ['git', 'status', '--porcelain', '--', '.', ':!docs', f':!{README}']
+    name, changes = (
+        subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        for command in (git, changed)
+    )
+    return name + ('+' if changes else '')
 
 
 def result(case: ElementTree.Element) -> str:
@@ -59,17 +72,16 @@ def main(path: str) -> None:
     for case in suite.iter('testcase'):
         if 'section' in properties(case):
             sections.setdefault(properties(case)['section'], []).append(case)
-    about = properties(suite)
-    text, summary = (
-        [f'Measured with commit {about.get("commit", "unknown")} on: {about["machine"]}.'],
-        [],
-    )
+    machine = describe()
+    names = ('processor', 'vector instructions', 'cores', 'python')
+    conditions = ', '.join(f'{name} {machine[name]}' for name in names)
+    text, summary = [f'Measured with commit {commit()} on: {conditions}.'], []
     for section, cases in sections.items():
         found = rows(cases)
         passed = sum(row[-1] == 'passed' for row in found)
         run = sum(row[-1] != 'skipped' for row in found)
         seconds = sum(float(case.attrib['time']) for case in cases)
-        text += [f'## {section}', table(('check', 'measured', 'result'), found)]
+        text += [f'### {section}', table(('check', 'measured', 'result'), found)]
         summary.append((section, f'{passed} of {run}', f'{seconds:.0f} s'))
     fill(PAGE, NAME, '\n\n'.join(text))
     fill(README, NAME, table(('tests', 'checks passed', 'duration'), summary))

@@ -82,10 +82,7 @@ class CoarseCloth:
         if spacing == self.spacing:
             self.scene = scene
             return self
-        changed = CoarseCloth(scene, spacing, self.cloth)
-        for name, count in vars(self.cloth.rollbacks).items():  # they are counted on
-            setattr(changed.cloth.rollbacks, name, count)
-        return changed
+        return CoarseCloth(scene, spacing, self.cloth)
 
     @property
     def air_velocity(self) -> tuple[float, float, float]:

@@ -217,7 +217,9 @@ class ErrorEstimator:
                 break
             else:
                 break
-        self._saved -= time.perf_counter() - start
+        # Bounded: a process that was stopped in here continues to estimate soon.
+        used = time.perf_counter() - start
+        self._saved = max(self._saved - used, -_SAVED_CALLS * seconds)
 
     def _finish(self, fine: Cloth, goal: Array) -> None:
         distance = np.linalg.norm(fine.positions - goal, axis=-1)

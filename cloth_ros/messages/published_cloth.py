@@ -1,4 +1,4 @@
-"""Interface of a cloth that is published, satisfied by `Cloth` and by `LiveCloth`."""
+"""Interface of a cloth that can be published, such as `Cloth` and `LiveCloth`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the outputs, inputs and services of the node share."""
+"""Context that outputs, inputs and services of the node share: node, cloth, counters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .transforms import Transforms
 @dataclass(frozen=True)
 class Context:
     """
-    What an output, an input or a service needs.
+    Objects that an output, an input or a service is made with.
 
     Attributes
     ----------

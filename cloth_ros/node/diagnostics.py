@@ -1,4 +1,4 @@
-"""The topic `/diagnostics`: how the cloth runs, once a second."""
+"""The topic `/diagnostics`: state and measured values of the node, once a second."""
 
 from __future__ import annotations
 

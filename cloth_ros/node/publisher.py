@@ -44,7 +44,7 @@ class TolerantPublisher:
         return self._publisher.get_subscription_count() > 0
 
     def publish(self, message: Any) -> None:
-        """Publish a message or its bytes; if DDS has no room or time for it, warn and go on."""
+        """Publish a message or its bytes; warn if DDS has no room or time for it."""
         try:
             self._publisher.publish(message)
         except rclpy_implementation.RCLError as error:

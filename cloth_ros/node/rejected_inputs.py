@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 
-# Arguments of a log call: at most one message per place and 5 s, by the clock that no one sets.
+# Arguments of a log call: at most one message per place and 5 s, by the steady clock.
 THROTTLE: dict[str, Any] = {
     'throttle_duration_sec': 5.0,
     'throttle_time_source_type': Clock(clock_type=ClockType.STEADY_TIME),

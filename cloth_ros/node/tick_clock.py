@@ -95,7 +95,7 @@ class TickClock:
         longest = max(_JUMP, _JUMP_PERIODS / self._rate)
         if self.simulated and (last == 0 or not 0 <= elapsed <= longest):
             elapsed, jump = 0.0, elapsed
-        else:
+        elif elapsed > 0:  # a timer may be due twice where /clock moves by several periods
             self._intervals.append(elapsed)
         return Tick(1e-9 * now, elapsed, wall, jump)
 

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import inspect
-import shutil
-import subprocess
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from ros import ROOT
-
-from cloth_ros.tradeoff.machine import describe
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -25,18 +20,6 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def long(request: pytest.FixtureRequest) -> bool:
     """True in the long form."""
     return request.config.getoption('--long')
-
-
-@pytest.fixture(scope='session', autouse=True)
-def conditions(record_testsuite_property: Callable[[str, str], None]) -> None:
-    """Record machine and commit, for the report."""
-    machine = describe()
-    names = ('processor', 'vector instructions', 'cores', 'python')
-    record_testsuite_property('machine', ', '.join(f'{name} {machine[name]}' for name in names))
-    describe_commit = ['git', '-C', ROOT, 'describe', '--always', '--dirty=+', '--exclude=*']
-    if shutil.which('git'):
-        done = subprocess.run(describe_commit, capture_output=True, text=True, check=False)
-        record_testsuite_property('commit', done.stdout.strip() or 'unknown')
 
 
 @pytest.fixture(scope='session')

@@ -32,33 +32,40 @@ LAST = -4.0  # m, height at which a flood leaves the sphere
 DOMAIN = int(os.environ.get('ROS_DOMAIN_ID', '0'))
 
 
+Receive = Callable[[float], None]
+
+
 @contextmanager
-def subscriber() -> Iterator[Callable[[Callable[[int], bool]], None]]:
-    """Subscribe as RViz does; what is returned spins until the number of messages is right."""
+def subscriber() -> Iterator[Receive]:
+    """Subscribe as RViz does; what is returned spins until there were so many messages."""
     with probing(DOMAIN) as probe:
         received: list[bytes] = []
         for kind, topic in ((PointCloud2, 'particles'), (MarkerArray, 'markers')):
             probe.create_subscription(kind, f'/cloth/{topic}', received.append, DEPTH, raw=True)
-        yield lambda enough: probe.spin_until(lambda: enough(len(received)), float('inf'))
+        yield lambda count: probe.spin_until(lambda: len(received) >= count, float('inf'))
 
 
 def subscribe() -> None:
     """Subscribe until the process is ended."""
-    with subscriber() as spin:
-        spin(bool)
+    with subscriber() as receive:
+        receive(1)
         print('begin', flush=True)
-        spin(lambda _: False)
+        receive(float('inf'))
 
 
 def crowd(count: str, at_once: str) -> None:
     """Subscribe, receive and leave, many times; the last participants are killed."""
     print('begin', flush=True)
-    present: deque[ExitStack] = deque()
+    present: deque[tuple[ExitStack, Receive]] = deque()
     for _ in range(int(count)):
-        present.append(ExitStack())
-        present[-1].enter_context(subscriber())(bool)
+        stack = ExitStack()
+        present.append((stack, stack.enter_context(subscriber())))
         if len(present) > int(at_once):
-            present.popleft().close()
+            stack, receive = present.popleft()
+            receive(1)
+            stack.close()
+    for _, receive in present:
+        receive(1)
     print('all have received', flush=True)
     os.kill(os.getpid(), signal.SIGKILL)
 

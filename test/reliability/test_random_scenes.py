@@ -222,13 +222,3 @@ def test_a_closed_run_is_checked_where_it_is_left():
     totals = Counter()
     check_run(Run(SQUARE, 'crumpled', 0.1, [Step(1.0)]), totals, patience=0.0)
     assert (totals['runs closed'], totals['advances']) == (1, 1)
-
-
-def test_work_that_is_unknown_is_counted():
-    """Work of a sphere that grows in the sheet: unknown, and its energy not judged as usual."""
-    totals = Counter()
-    check_run(FAILED['a sphere grew in a sheet that was too fast to make way'], totals, 240.0)
-    assert totals['advances with unknown work'] == totals['advances'] > 0
-    assert totals['share of the converted energy'] == 0
-    check_run(Run(SQUARE, 'crumpled', 0.1, [Step(0.1)]), totals, 240.0)
-    assert totals['advances with unknown work'] == totals['advances'] - 1

@@ -1,4 +1,4 @@
-"""The topic `~/markers`: the cloth and what acts on it for viewers, at a rate of its own."""
+"""The topic `~/markers`: cloth, colliders and wind for viewers, at `markers.rate`."""
 
 from __future__ import annotations
 

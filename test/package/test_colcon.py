@@ -10,6 +10,8 @@ import pytest
 from ros import ROOT
 from sensor_msgs.msg import PointCloud2
 
+pytestmark = pytest.mark.slow
+
 COLCON = Path(sys.executable).parent / 'colcon'
 
 
