@@ -149,6 +149,15 @@ def test_a_sphere_placed_in_the_sheet_grows_and_throws_nothing(precision, roll_b
     assert cloth.sphere_radius == 0.3
 
 
+def test_a_distant_sphere_acts_only_while_it_grows():
+    cloth = sphere_cloth(0.1, 0, 0, 2.0)
+    cloth.advance(0.01)
+    (sphere,), state = cloth._simulation.interactions, cloth._simulation.state
+    assert not sphere.may_act(state, 1e-3)
+    sphere.radius = 0.05
+    assert sphere.may_act(state, 1e-3)
+
+
 def test_a_sphere_without_any_room_reports_its_penetration():
     cloth = sphere_cloth(0.1, *cloth_of().positions[16, 16])
     for _ in range(2):
