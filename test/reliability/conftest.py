@@ -25,7 +25,7 @@ def long(request: pytest.FixtureRequest) -> bool:
 @pytest.fixture(scope='session')
 def soak_seconds(request: pytest.FixtureRequest, long: bool) -> float:
     """Duration of a long run of a live node, s."""
-    return request.config.getoption('--soak-seconds') if long else 8.0
+    return request.config.getoption('--soak-seconds') if long else 5.0
 
 
 @pytest.fixture(autouse=True)

@@ -58,7 +58,7 @@ def test_parameters_known_to_be_invalid(way):
         assert make_scene(way, changes), changes
 
 
-@examples(4)
+@examples(2)
 @given(
     way=st.sampled_from(WAYS),
     changes=mostly(st.lists(entries(), min_size=1, max_size=3).map(dict), anything()),
