@@ -210,7 +210,9 @@ def test_another_grid_keeps_an_affine_state(seed, precision, rows, columns, fact
 @pytest.mark.parametrize('precision', ['single', 'double'])
 @pytest.mark.parametrize('factor', [0.5, 2.0])
 def test_another_grid_keeps_a_swinging_sheet_and_its_pins(factor, precision):
-    scene = scene_of(sheet__rows=17, sheet__columns=21, solver__precision=precision)
+    sheet = {'rows': 17, 'columns': 21}
+    # One of the pins is between the particles of the coarser grid.
+    scene = scene_of(sheet=sheet, pins=['0,0', '0,-1', '5,3'], solver__precision=precision)
     cloth, other = Cloth(scene), resample_scene(scene, factor)
     cloth.advance(0.2)
     there, pinned = converted(cloth, other), other.pinned()
@@ -221,7 +223,7 @@ def test_another_grid_keeps_a_swinging_sheet_and_its_pins(factor, precision):
     slower = there.velocities.mean((0, 1)) - cloth.velocities.mean((0, 1))
     assert np.abs([shift, slower / np.abs(cloth.velocities).max()]).max() < 0.05
     back = converted(there, scene)
-    assert np.linalg.norm(back.positions - cloth.positions, axis=-1).max() < 0.03
+    assert np.linalg.norm(back.positions - cloth.positions, axis=-1).max() < 0.1
     assigned = Cloth(other)
     assigned.positions, assigned.velocities = there.positions, there.velocities
     for each in (there, assigned):

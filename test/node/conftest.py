@@ -36,7 +36,7 @@ from std_srvs.srv import SetBool, Trigger
 from cloth_ros.scene.parameter import PARAMETERS
 
 _GRAVITY = -9.81  # m/s²
-# Parameters of a sheet that nothing but gravity acts on, of which one substep of any length is exact.
+# Parameters of a sheet in free fall: a substep of any length is exact.
 FREE_FALL = {
     'pins': [''],
     'gravity': [0.0, 0.0, _GRAVITY],
