@@ -144,7 +144,7 @@ def test_damaged_messages(node, batch, outcomes):
     most = before + Counter(topic for topic, _, valid in batch if not valid)
     for topic, text, _ in batch:
         node.publishers[topic].publish(text)
-    node.listener.next_report(2)
+    node.listener.next_report()
     assert before <= rejected(node) <= most
     counted = rejected(node).total() - before.total()
     outcomes['refused and counted'] += counted
@@ -173,9 +173,9 @@ def test_clock_messages(node, clock, batch, outcomes):
     bad = 1 + sum(each.sec < 0 or each.nanosec >= 10**9 for each in batch)
 
     def counted() -> int:
-        return int(node.listener.next_report().values['rejected clock']) - before
+        return int(node.listener.reports[-1].values['rejected clock']) - before
 
-    node.listener.spin_until(counted)
+    node.listener.spin_until(lambda: counted() > 0)
     assert counted() <= bad
     outcomes['refused and counted'] += counted()
     outcomes['followed or replaced'] += len(batch) + 1 - counted()
@@ -191,7 +191,7 @@ OTHERS = ['', '.', 'sheet', 'rates', 'a b', 'é', 'x' * 10_000, 'use_sim_time', 
 ELEMENTS = {
     'bool': [False, True],
     'integer': [0, 1, -1, 2, 3, 7, 65, 1024, 2**31, 2**53 + 1, 2**63 - 1, -(2**63)],
-    'double': [np.nan, np.inf, -np.inf, 5e-324, 1e308, -1.0, 0.0, 1e-9, 0.5, 1.0, 2.5, 1e3, 1e9],
+    'double': [np.nan, np.inf, -np.inf, 5e-324, 1e308, -1.0, 0.0, 1e-2, 0.5, 1.0, 2.5, 1e3, 1e9],
     'string': TEXTS,
     'byte': [b'\0', b'\xff', b'a'],
 }
