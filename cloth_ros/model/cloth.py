@@ -118,7 +118,8 @@ class Cloth:
         Raises
         ------
         ValueError
-            `seconds` is negative, not finite, or more than a million.
+            `seconds` is negative, not finite, or more than a million; or `inputs` has the path
+            of a collider that there is not.
 
         """
         for _ in self.advance_stepwise(seconds, inputs):
@@ -132,7 +133,10 @@ class Cloth:
         do not belong to one time before.  Closed half-way, the cloth is left at the last accepted
         batch of substeps.
         """
-        inputs = self._inputs if inputs is None else inputs
+        if inputs is None:
+            inputs = self._inputs
+        for name in inputs.collider_paths:
+            self._collider(name)
         steps = self._simulation.advance_stepwise(seconds, inputs)
         return self._take_inputs(steps, self.time + seconds > self.time, inputs)
 
@@ -231,14 +235,18 @@ class Cloth:
             The position is not finite or too far away, or there is no such collider.
 
         """
+        target = self._collider(name).checked_target(position, self._simulation.state.origin)
+        paths = dict(self._inputs.collider_paths)
+        paths[name] = (*paths.get(name, ())[1 - MAX_WAYPOINTS :], target)
+        self._inputs = replace(self._inputs, collider_paths=paths)
+
+    def _collider(self, name: str) -> Collider:
+        """Return a collider; raises ValueError if there is none of this name."""
         colliders = self.colliders
         if name not in colliders:
             known = ', '.join(colliders) or 'none'
             raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
-        target = colliders[name].checked_target(position, self._simulation.state.origin)
-        paths = dict(self._inputs.collider_paths)
-        paths[name] = (*paths.get(name, ())[1 - MAX_WAYPOINTS :], target)
-        self._inputs = replace(self._inputs, collider_paths=paths)
+        return colliders[name]
 
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""

@@ -107,6 +107,9 @@ def test_inputs_of_an_advance_take_the_place_of_commands():
         assert each.inputs == Inputs((0.0, 5.0, 0.0))  # the wind holds, the way is done
         assert each.sphere_position == (0.0, 0.1, 2.0)
     assert np.array_equal(cloth.positions, other.positions)
+    with pytest.raises(ValueError, match="collider is 'spere', but must be one of: sphere"):
+        cloth.advance(0.1, Inputs(collider_paths={'spere': path}))
+    assert cloth.time == 0.1
 
 
 # Configuration
