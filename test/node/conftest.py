@@ -102,6 +102,7 @@ class SteppedCloth:
         self.states: list[PointCloud2] = probe.collect(PointCloud2, '/cloth/particles', 1000)
         self._clock = probe.publisher(Clock, '/clock')
         self.now = 10**12  # ns
+        self.tick_until(lambda _: True)  # the node has discovered clock and subscription
         self._initial = self.parameters()
 
     def _clock_messages(self, seconds: float) -> Iterator[Clock]:
