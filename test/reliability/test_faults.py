@@ -240,9 +240,10 @@ def test_a_reliable_subscriber(large_node, fault, long, measured):
     assert not long or (held_up <= 2 and longest < 5.0 and counts['lost'] == 0)
 
 
+@pytest.mark.slow
 def test_subscribers_that_come_and_go(large_node, long, measured):
     """100 subscribers, the last ten of them killed: each receives, others lose nothing."""
-    node, count = large_node, '100 10' if long else '6 4'
+    node, count = large_node, '100 10' if long else '4 2'
     with (
         node.beside(*PEER, 'crowd', *count.split(), until='begin') as peer,
         node.interval() as interval,

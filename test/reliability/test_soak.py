@@ -5,6 +5,7 @@ import signal
 import time
 
 import numpy as np
+import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from reliability.live_node import live_node
@@ -52,6 +53,7 @@ def fill_queues(node) -> None:
         node.recover()
 
 
+@pytest.mark.slow
 def test_soak(long, soak_seconds, measured):
     """
     A live scene, 64 × 64 in the long form: memory grows by less than 1 MB per hour after warm-up,
