@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
+import shutil
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.duration import Duration
 from rclpy.parameter import parameter_value_to_python
-from rclpy.publisher import Publisher
 from ros import (
     FLOATING,
     NODE,
@@ -24,10 +26,12 @@ from ros import (
     free_domain,
     numbers,
     parameter_request,
+    pose,
     probing,
     publish_until,
     set_parameters,
     stamp,
+    wind,
 )
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
@@ -35,8 +39,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from cloth_ros.scene.parameter import PARAMETERS
 
+_SHARED_MEMORY = 2**24  # bytes
 _GRAVITY = -9.81  # m/s²
-# Parameters of a sheet in free fall: a substep of any length is exact.
+# Parameters of a sheet that falls freely, of which one substep of any length is exact.
 FREE_FALL = {
     'pins': [''],
     'gravity': [0.0, 0.0, _GRAVITY],
@@ -73,6 +78,14 @@ def durations(messages: Sequence[PointCloud2]) -> np.ndarray:
     return np.array(seconds)
 
 
+def check_shared_memory(process: Process) -> None:
+    """Check that a node has a large segment of shared memory for its messages."""
+    if shutil.disk_usage('/dev/shm').free > 2 * _SHARED_MEMORY:
+        maps = Path(f'/proc/{process.process.pid}/maps').read_text()
+        segments = set(re.findall(r'/dev/shm/fastrtps_[0-9a-f]{16}$', maps, re.MULTILINE))
+        assert max(Path(each).stat().st_size for each in segments) > _SHARED_MEMORY
+
+
 @contextmanager
 def running(*ros_arguments: str, **parameters: object) -> Iterator[tuple[Process, Probe]]:
     """Run a node with ROS arguments and parameters, and a probe in its domain."""
@@ -102,6 +115,12 @@ class SteppedCloth:
         self.states: list[PointCloud2] = probe.collect(PointCloud2, '/cloth/particles', 1000)
         self._clock = probe.publisher(Clock, '/clock')
         self.now = 10**12  # ns
+        self._publishers = {
+            '/wind': probe.publisher(Vector3Stamped, '/wind'),
+            '/sphere_pose': probe.publisher(PoseStamped, '/sphere_pose'),
+        }
+        for topic, message in (('/wind', wind()), ('/sphere_pose', pose(z=2.0))):
+            self.send_and_wait(topic, message)  # from here on, nothing waits for discovery
         self.tick_until(lambda _: True)  # the node has discovered clock and subscription
         self._initial = self.parameters()
 
@@ -140,16 +159,15 @@ class SteppedCloth:
         self.now += round(1e9 * seconds)
         self.tick_until(lambda _: abs(stamp(self.states[-1]) - 1e-9 * self.now) < 1.0)
 
-    def send(self, topic: str, *messages: object) -> Publisher:
-        """Publish messages; return their publisher."""
-        publisher = self.probe.publisher(type(messages[0]), topic)
+    def send(self, topic: str, *messages: object) -> None:
+        """Publish messages on a topic for commands."""
         for message in messages:
-            publisher.publish(message)
-        return publisher
+            self._publishers[topic].publish(message)
 
     def send_and_wait(self, topic: str, *messages: object) -> None:
-        """Publish messages, and wait until the node has received them, which may take 3 s."""
-        assert self.send(topic, *messages).wait_for_all_acked(Duration(seconds=60))
+        """Publish messages, and wait until the node has received them, which takes up to 3 s."""
+        self.send(topic, *messages)
+        assert self._publishers[topic].wait_for_all_acked(Duration(seconds=60))
 
     def parameters(self) -> dict[str, object]:
         """Return the parameters of the scene by name."""

@@ -1,12 +1,10 @@
 """Topics and services that command a cloth; time passes tick by tick."""
 
-import itertools
 import math
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
 from node.conftest import at_rest
-from ros import diagnosis, numbers, pose, publish_until, stamp, wind
+from ros import diagnosis, numbers, pose, stamp, wind
 from visualization_msgs.msg import Marker, MarkerArray
 
 INVALID = (math.nan, math.inf, 1e308)
@@ -65,11 +63,12 @@ def test_commands_without_effect_say_what_to_set(cloth):
     cloth.send('/wind', wind(z=5.0))
     cloth.process.wait_for_output('set wind.air_density above 0')
     text = 'sphere.radius is 0.0, but must be more than 0 to move a sphere'
-    publisher = cloth.probe.publisher(PoseStamped, '/sphere_pose')
-    # Until it is reported: warnings are throttled.
-    publish_until(
-        lambda: text in cloth.process.output, cloth.probe, publisher, itertools.repeat(pose(z=1.0))
-    )
+
+    def reported() -> bool:
+        cloth.send('/sphere_pose', pose(z=1.0))  # again and again: warnings are throttled
+        return text in cloth.process.output
+
+    cloth.probe.spin_until(reported)
 
 
 def test_invalid_commands_are_rejected_counted_and_reported_once(cloth):
