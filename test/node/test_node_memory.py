@@ -36,4 +36,5 @@ def test_the_peak_of_a_node_is_at_most_what_is_foreseen_and_not_much_less(start_
             probe.destroy_subscription(subscription)
         node.stop()
     foreseen = memory.of_node(scene_of(sheet__rows=256, sheet__columns=256))
-    assert 0.6 < (peaks[1] - peaks[0]) / foreseen < 1.1
+    # How many copies of the messages there are at once depends on the load of the machine.
+    assert 0.3 < (peaks[1] - peaks[0]) / foreseen < 1.1
