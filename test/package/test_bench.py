@@ -1,6 +1,7 @@
 """Benchmarks, a selection that takes seconds: they run, and their report is complete."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -19,9 +20,12 @@ def measured(tmp_path_factory) -> dict:
     some = 'test_limits or (test_size and 32) or test_effect or test_contact or 16-numpy'
     some += ' or test_cloth_ros and 16'
     command = [sys.executable, '-m', 'pytest', 'bench', '-q', f'--benchmark-json={path}']
+    # pytest-benchmark measures nothing where this variable says that tests run in parallel.
+    environment = {k: v for k, v in os.environ.items() if k != 'PYTEST_XDIST_WORKER'}
     done = subprocess.run(
         [*command, '-k', some, '-p', 'no:cacheprovider'],
         cwd=ROOT,
+        env=environment,
         capture_output=True,
         text=True,
         timeout=240,
