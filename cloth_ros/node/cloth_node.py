@@ -84,6 +84,10 @@ class ClothNode(ValidatedClockNode):
         """Record that a message was rejected."""
         self._rejected.add(topic, reason)
 
+    def clock_moved(self) -> None:
+        """Tick, if it is time to."""
+        self._tick_clock.clock_moved()
+
     def _announce(self) -> None:
         """Log what is simulated and published, once that begins."""
         if self._announced or not self._live.running:

@@ -40,9 +40,11 @@ class Tick(NamedTuple):
 
 class TickClock:
     """
-    Timer of the ticks, on the clock that the cloth follows.
+    Calls for a tick once a period of the clock that the cloth follows.
 
-    The wall clock is the steady one, which is never set back; with simulated time it is /clock.
+    That is the steady wall clock, which is never set back, with a timer; or, with simulated time,
+    /clock, whose messages `clock_moved` reports.  A timer on /clock would not do: rclpy's events
+    executor may call it twice for one message where two arrive together, then not for the next.
 
     Parameters
     ----------
@@ -64,6 +66,7 @@ class TickClock:
         self._clock: Clock | None = None
         self._rate = 0.0
         self._timer: Any = None
+        self._due = 0  # ns of simulated time, when the next tick is due
         self._intervals: deque[float] = deque(maxlen=_RECENT)
 
     def start(self, rate: float) -> bool:
@@ -76,14 +79,31 @@ class TickClock:
             return False
         if self._timer is not None:
             self._node.destroy_timer(self._timer)
+            self._timer = None
+        now = clock.now().nanoseconds
         if changed:
             self._clock = clock
-            self._last = clock.now().nanoseconds
+            self._last = now
             self._last_steady = self.steady.now().nanoseconds
             self._intervals.clear()
         self._rate = rate
-        self._timer = self._node.create_timer(1 / rate, self._call, clock=clock)
+        if simulated:
+            self._due = now + self._period
+        else:
+            self._timer = self._node.create_timer(1 / rate, self._call, clock=clock)
         return changed
+
+    def clock_moved(self) -> None:
+        """Call for a tick if one is due; to be called after each message on /clock."""
+        if not self.simulated or self._clock is None:
+            return
+        now = self._clock.now().nanoseconds
+        if now < self._last:  # set back: the next tick is due after a period
+            self._due = min(self._due, now + self._period)
+        if now >= self._due:
+            # By whole periods: a late message does not shift later ticks.
+            self._due += self._period * (1 + (now - self._due) // self._period)
+            self._call()
 
     def tick(self) -> Tick:
         """Return the times of the present tick; to be called once in each."""
@@ -95,9 +115,14 @@ class TickClock:
         longest = max(_JUMP, _JUMP_PERIODS / self._rate)
         if self.simulated and (last == 0 or not 0 <= elapsed <= longest):
             elapsed, jump = 0.0, elapsed
-        elif elapsed > 0:  # a timer may be due twice where /clock moves by several periods
+        elif elapsed > 0:
             self._intervals.append(elapsed)
         return Tick(1e-9 * now, elapsed, wall, jump)
+
+    @property
+    def _period(self) -> int:
+        # Rounded down: with a /clock of the same rate, in whole nanoseconds, each message is due.
+        return int(1e9 / self._rate)
 
     @property
     def simulated(self) -> bool:

@@ -25,7 +25,7 @@ def check_time(message: Clock) -> None:
 
 class ValidatedClockNode(Node):
     """
-    A node that does not end at an invalid message on /clock.
+    A node that checks messages on /clock, and is told when /clock has moved.
 
     rclpy's time source subscribes through `create_subscription` whenever `use_sim_time` becomes
     true, and ends the node with an exception when a message is not a valid time.
@@ -43,9 +43,14 @@ class ValidatedClockNode(Node):
                 self.reject('clock', error)
             else:
                 callback(message)
+                self.clock_moved()
 
         handle = checked if topic == CLOCK_TOPIC else callback
         return super().create_subscription(msg_type, topic, handle, *args, **others)
+
+    def clock_moved(self) -> None:
+        """Handle that the node's clock has taken the time of a message on /clock."""
+        raise NotImplementedError
 
     def reject(self, topic: str, reason: object) -> None:
         """Record that a message was rejected."""

@@ -4,10 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from hypothesis import given
+from hypothesis import strategies as st
 from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 from rclpy.time import Time
-from ros import free_domain, probing
+from ros import Probe, free_domain, probing
 
 from cloth_ros.live.live_cloth import Report
 from cloth_ros.model.energy_monitor import RollbackCounts
@@ -18,40 +20,71 @@ from cloth_ros.node.tick_statistics import TickStatistics
 RATE = 50.0  # Hz
 
 
-@pytest.fixture
-def tick_at():
-    """Set simulated time, s, and return the tick at that time and the period."""
-    with free_domain() as domain, probing(domain) as probe:
+class SetClock:
+    """A clock of the ticks whose simulated time is set by the test, s."""
+
+    def __init__(self, probe: Probe) -> None:
         probe.set_parameters([Parameter('use_sim_time', value=True)])
-        clock = TickClock(probe, lambda: None)
-        assert clock.start(RATE)
-        assert not clock.start(RATE)
+        self._clock = probe.get_clock()
+        self._clock.set_ros_time_override(Time(clock_type=ClockType.ROS_TIME))
+        self.ticks: list[Tick] = []
+        self.clock = TickClock(probe, lambda: self.ticks.append(self.clock.tick()))
+        assert self.clock.start(RATE)
+        assert not self.clock.start(RATE)
 
-        def tick(seconds: float) -> tuple[Tick, float]:
-            time = Time(seconds=seconds, clock_type=ClockType.ROS_TIME)
-            probe.get_clock().set_ros_time_override(time)
-            return clock.tick(), clock.period
+    def set(self, seconds: float) -> list[Tick]:
+        """Set the time; return the ticks at that time."""
+        before = len(self.ticks)
+        time = Time(nanoseconds=round(1e9 * seconds), clock_type=ClockType.ROS_TIME)
+        self._clock.set_ros_time_override(time)
+        self.clock.clock_moved()
+        return self.ticks[before:]
 
-        yield tick
+
+@pytest.fixture(scope='module')
+def probe():
+    with free_domain() as domain, probing(domain) as probe:
+        yield probe
+
+
+@pytest.fixture
+def clock(probe):
+    return SetClock(probe)
 
 
 @pytest.mark.parametrize('step', [0.02, 0.1, 0.2, 0.5, 1.0])
-def test_a_clock_that_moves_rarely_is_followed_at_its_own_period(tick_at, step):
-    tick_at(1000.0)
+def test_a_clock_that_moves_rarely_is_followed_at_its_own_period(clock, step):
+    clock.set(1000.0)
     for n in range(1, 20):
-        for _ in range(2):  # at one time of /clock, a timer may be due twice
-            tick, period = tick_at(1000 + n * step)
-            assert tick.jump is None
+        (tick,) = clock.set(1000 + n * step)
+        assert tick.jump is None
+        assert tick.elapsed == pytest.approx(step)
+        assert clock.set(1000 + n * step) == []  # no time has passed
         if n > 5:
-            assert period == pytest.approx(step)
-        assert tick.elapsed == 0.0
+            assert clock.clock.period == pytest.approx(step)
 
 
-def test_steps_that_are_no_time_of_the_cloth_are_jumps(tick_at):
-    ticks = [tick_at(seconds)[0] for seconds in (1000.0, 1000.02, 1002.0, 1002.02, 5.0, 5.02)]
-    assert [tick.elapsed for tick in ticks] == pytest.approx([0, 0.02, 0, 0.02, 0, 0.02])
-    jumps = [tick.jump for tick in ticks]
-    assert [jump and round(jump, 2) for jump in jumps] == [1000.0, None, 1.98, None, -997.02, None]
+@given(st.lists(st.floats(-0.5, 0.9), max_size=30))
+def test_a_tick_comes_at_the_first_message_after_each_period(probe, steps):
+    clock, now = SetClock(probe), 1000.0
+    clock.set(now)
+    for step in steps:
+        now += step
+        ticks = clock.set(now)
+        assert len(ticks) <= 1
+        assert len(ticks) == 1 or step < 1 / RATE + 1e-8
+        assert not ticks or ticks[0].elapsed > 0 or ticks[0].jump < 0
+    time = sum(tick.elapsed + (tick.jump or 0.0) for tick in clock.ticks)
+    assert time == pytest.approx(clock.ticks[-1].now, abs=1e-6)
+
+
+def test_steps_that_are_no_time_of_the_cloth_are_jumps(clock):
+    for seconds in (1000.0, 1000.02, 1002.0, 1002.02, 5.0, 5.02, 5.04):
+        clock.set(seconds)
+    elapsed = [tick.elapsed for tick in clock.ticks]
+    assert elapsed == pytest.approx([0, 0.02, 0, 0.02, 0, 0.02])
+    jumps = [tick.jump for tick in clock.ticks]
+    assert [jump and round(jump, 2) for jump in jumps] == [1000.0, None, 1.98, None, -997.0, None]
 
 
 def test_statistics_of_ticks_are_of_the_newest_since_the_last_report():
