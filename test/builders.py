@@ -15,6 +15,7 @@ from cloth_ros import Cloth, Scene
 from cloth_ros.model.forces.springs import SPRING_TYPES
 from cloth_ros.model.integrators.integrator import SubstepBatch
 from cloth_ros.model.state import State
+from cloth_ros.tradeoff.reference_model import tributary_areas
 
 ROOT = Path(__file__).parent.parent
 SCENE_FILES = sorted((ROOT / 'config').glob('*.yaml'))
@@ -67,6 +68,17 @@ def crumple(cloth: Cloth, size: float, seed: int = 0, *, speed: float = 0.0) -> 
     cloth.positions = cloth.positions + free * generator.normal(0, size, shape)
     cloth.velocities = free * generator.normal(0, speed, shape)
     return cloth
+
+
+def masses(cloth: Cloth) -> np.ndarray:
+    """Return the masses of the particles, kg, shape (rows, columns, 1)."""
+    sheet = cloth.scene.sheet
+    return sheet.cell_mass * tributary_areas(sheet.rows, sheet.columns)[..., None]
+
+
+def momentum(cloth: Cloth) -> np.ndarray:
+    """Return the momentum, kg m/s, shape (3,)."""
+    return (masses(cloth) * cloth.velocities).sum((0, 1))
 
 
 class FixedSteps:

@@ -33,14 +33,15 @@ class _Springs:
 
         self._near, self._far = spring_ends(family, position)
         self._force_near, self._force_far = spring_ends(family, force)
-        self._stiffness = np.float32(family.stiffness / mass)
-        self._tension = np.float32(family.stiffness / mass * family.rest_length)
+        stiffness = family.stiffness / mass * family.weights(*position.shape[1:])
+        self._stiffness = stiffness.astype(np.float32)
+        self._tension = (stiffness * family.rest_length).astype(np.float32)
         self._along = np.empty(self._near.shape, np.float32)
         self._square = np.empty_like(self._along)
         self._scale = np.empty(self._near.shape[1:], np.float32)
 
     def add_forces(self) -> None:
-        """Add the force per unit mass, d (k L / |d| − k), to one end, and its reaction."""
+        """Add the force per mass of a cell, d (k L / |d| − k), to one end, and its reaction."""
         along, square, scale = self._along, self._square, self._scale
         np.subtract(self._near, self._far, out=along)
         np.multiply(along, along, out=square)
@@ -59,6 +60,7 @@ class Sheet:
 
     def __init__(self, size: int) -> None:
         from cloth_ros.model.forces.springs import spring_families
+        from cloth_ros.model.grid import Grid
         from cloth_ros.model.time_step import substep_length
 
         scene = sheets.scene(size)
@@ -66,6 +68,7 @@ class Sheet:
         self.settings = f'position Verlet, float32, {self.substeps} substeps a tick'
         self._h = np.float32(_TICK / self.substeps)
         self._gravity = np.float32(scene.gravity[2])
+        self._inverse_masses = (1 / Grid(size, size).tributary_areas).astype(np.float32)
 
         line = np.linspace(-0.5, 0.5, size)
         self._position = np.zeros((3, size, size), np.float32)
@@ -76,7 +79,7 @@ class Sheet:
         self._acceleration = np.zeros_like(self._position)
         self._drifted = np.empty_like(self._position)
         self._springs = [
-            _Springs(family, scene.sheet.particle_mass, self._position, self._acceleration)
+            _Springs(family, scene.sheet.cell_mass, self._position, self._acceleration)
             for family in spring_families(scene)
         ]
 
@@ -86,10 +89,11 @@ class Sheet:
 
     def _kick(self) -> None:
         acceleration = self._acceleration
-        acceleration[:2] = 0
-        acceleration[2] = self._gravity
+        acceleration[...] = 0
         for springs in self._springs:
             springs.add_forces()
+        acceleration *= self._inverse_masses
+        acceleration[2] += self._gravity
         acceleration[:, 0, 0] = 0
         acceleration[:, 0, -1] = 0
         acceleration *= self._h

@@ -4,7 +4,8 @@ Taichi: a kernel that gathers the twelve neighbours, on one thread of the CPU.
 Position Verlet in single precision, with the substeps of `Cloth`.  As in Taichi's cloth tutorial,
 positions and velocities are fields of vectors, and the offsets of the neighbours are constants
 of the kernel (`ti.static`), so that their loop is unrolled.  Unlike there, one launch makes all
-substeps of a tick, which is 3.7 times as fast at 16 × 16 and 1.2 times at 64 × 64.
+substeps of a tick, which is 3.7 times as fast at 16 × 16 and 1.2 times at 64 × 64.  Masses and
+springs at the edges are as inside.
 """
 
 # No `from __future__ import annotations`: Taichi reads the annotations of kernels.
@@ -81,7 +82,7 @@ class Sheet:
             fast_math=True,
             log_level=ti.ERROR,
         )
-        mass = scene.sheet.particle_mass
+        mass = scene.sheet.cell_mass
         neighbours = [
             (
                 sign * f.rows,

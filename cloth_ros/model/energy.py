@@ -11,12 +11,13 @@ from ..scene import Scene
 from .forces.springs import (
     SPRING_TYPES,
     STENCIL,
+    SpringFamily,
     rest_length,
     spring_ends,
     spring_families,
     stencil_offset,
 )
-from .grid import GHOST_DISTANCE_SQUARED, Array
+from .grid import GHOST_DISTANCE_SQUARED, Array, Grid, tributary_lengths
 from .kernels.jit import Kernel, inlined, kernel
 from .state import State
 
@@ -39,13 +40,12 @@ class Energy(NamedTuple):
         return self.kinetic + self.elastic
 
 
-def _lengths(grid: Array, scene: Scene) -> list[tuple[float, float, Array]]:
-    """Return stiffness, rest length and present lengths of every family of springs."""
+def _lengths(positions: Array, scene: Scene) -> list[tuple[SpringFamily, Array]]:
+    """Return every family of springs, and the present lengths of its springs, m."""
     result = []
     for family in spring_families(scene):
-        first, second = spring_ends(family, grid)
-        lengths = np.sqrt(np.sum((first - second) ** 2, axis=0))
-        result.append((family.stiffness, family.rest_length, lengths))
+        first, second = spring_ends(family, positions)
+        result.append((family, np.sqrt(np.sum((first - second) ** 2, axis=0))))
     return result
 
 
@@ -61,15 +61,18 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
         Its masses, springs and gravity.
 
     """
-    mass = scene.sheet.particle_mass
+    rows, columns = positions.shape[1:]
+    masses = scene.sheet.cell_mass * Grid(rows, columns).tributary_areas
     gravity = np.array(scene.gravity)
     return Energy(
-        kinetic=0.5 * mass * float(np.sum(velocities**2)),
+        kinetic=0.5 * float(np.sum(masses * velocities**2)),
         elastic=sum(
-            0.5 * stiffness * float(np.sum((lengths - rest) ** 2))
-            for stiffness, rest, lengths in _lengths(positions, scene)
+            0.5
+            * family.stiffness
+            * float(np.sum(family.weights(rows, columns) * (lengths - family.rest_length) ** 2))
+            for family, lengths in _lengths(positions, scene)
         ),
-        gravitational=-mass * float(gravity @ positions.sum(axis=(1, 2))),
+        gravitational=-float(gravity @ (masses * positions).sum(axis=(1, 2))),
     )
 
 
@@ -77,8 +80,8 @@ def largest_strain(positions: Array, scene: Scene) -> float:
     """Return the largest |length / rest length − 1| of any spring; 0 without springs."""
     return max(
         (
-            float(np.max(np.abs(lengths / rest - 1)))
-            for _, rest, lengths in _lengths(positions, scene)
+            float(np.max(np.abs(lengths / family.rest_length - 1)))
+            for family, lengths in _lengths(positions, scene)
         ),
         default=0.0,
     )
@@ -98,12 +101,12 @@ def _elongation_squared(position, i, j, rest, ghost):  # type: ignore[no-untyped
 
 
 @inlined
-def _of_type(position, i, row, n, rest, ghost):  # type: ignore[no-untyped-def]
-    """Return the sum of squared elongations of springs 2 n and 2 n + 1 of the stencil."""
+def _of_type(position, i, row, n, along, across, rest, ghost):  # type: ignore[no-untyped-def]
+    """Return the weighted sum of squared elongations of springs 2 n and 2 n + 1 of the stencil."""
     first, second = i + stencil_offset(2 * n, row), i + stencil_offset(2 * n + 1, row)
-    return _elongation_squared(position, i, first, rest[2 * n], ghost) + _elongation_squared(
-        position, i, second, rest[2 * n + 1], ghost
-    )
+    return along * _elongation_squared(
+        position, i, first, rest[2 * n], ghost
+    ) + across * _elongation_squared(position, i, second, rest[2 * n + 1], ghost)
 
 
 @functools.cache
@@ -111,28 +114,32 @@ def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
     """Compile the kernel for the types of springs that a scene has."""
 
     @kernel
-    def sums(position, velocity, begin, stride, rows, columns, k, rest, ghost, out):  # type: ignore[no-untyped-def]
+    def sums(position, velocity, begin, stride, down, beside, k, rest, ghost, out):  # type: ignore[no-untyped-def]
         # Each row in the precision of the state, the sum of rows in double precision.
         row = np.uint64(stride)
-        for n in range(rows):
+        one = beside.dtype.type(1)
+        for n in range(len(down)):
             first = np.uint64(begin + n * stride)
-            last = first + np.uint64(columns)
+            b = down[n]
             squares = elastic = x = y = z = ghost - ghost
-            for i in range(first, last):
+            for column in range(np.uint64(len(beside))):
+                i, a = first + column, beside[column]
                 u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-                squares += u * u + v * v + w * w
-                x, y, z = x + position[0, i], y + position[1, i], z + position[2, i]
+                squares += a * (u * u + v * v + w * w)
+                x += a * position[0, i]
+                y += a * position[1, i]
+                z += a * position[2, i]
                 if structural:
-                    elastic += k[0] * _of_type(position, i, row, 0, rest, ghost)
+                    elastic += k[0] * _of_type(position, i, row, 0, b, a, rest, ghost)
                 if shear:
-                    elastic += k[1] * _of_type(position, i, row, 1, rest, ghost)
+                    elastic += k[1] * _of_type(position, i, row, 1, one, one, rest, ghost)
                 if bending:
-                    elastic += k[2] * _of_type(position, i, row, 2, rest, ghost)
-            out[0] += squares
+                    elastic += k[2] * _of_type(position, i, row, 2, b, a, rest, ghost)
+            out[0] += b * squares
             out[1] += elastic
-            out[2] += x
-            out[3] += y
-            out[4] += z
+            out[2] += b * x
+            out[3] += b * y
+            out[4] += b * z
 
     return sums
 
@@ -153,8 +160,11 @@ class EnergyMeter:
     def __init__(self, scene: Scene, dtype: type) -> None:
         springs, sheet = scene.springs, scene.sheet
         present = {family.name for family in spring_families(scene)}
-        self._mass, self._gravity = sheet.particle_mass, np.array(scene.gravity)
-        self._particles = sheet.rows * sheet.columns
+        self._mass, self._gravity = sheet.cell_mass, np.array(scene.gravity)
+        self._cells = sheet.mass / sheet.cell_mass
+        self._tributary_lengths: list[Array] = [
+            tributary_lengths(count).astype(dtype) for count in (sheet.rows, sheet.columns)
+        ]
         self._kernel = _compose(*(name in present for name in SPRING_TYPES))
         self._stiffness = tuple(dtype(getattr(springs, name)) for name in SPRING_TYPES)
         self._rest = tuple(
@@ -170,14 +180,13 @@ class EnergyMeter:
             state.velocity,
             grid.begin,
             grid.stride,
-            grid.rows,
-            grid.columns,
+            *self._tributary_lengths,
             self._stiffness,
             self._rest,
             self._ghost,
             sums,
         )
-        place = sums[2:] + self._particles * state.origin
+        place = sums[2:] + self._cells * state.origin
         return Energy(
             kinetic=0.5 * self._mass * float(sums[0]),
             elastic=0.5 * float(sums[1]),

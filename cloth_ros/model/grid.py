@@ -66,6 +66,16 @@ class Grid:
         """Length of a flat array, ghosts included."""
         return (self.rows + 4) * self.stride + _UNROLLED
 
+    @property
+    def tributary_areas(self) -> Array:
+        """
+        Share of a cell's area that belongs to each particle, shape (rows, columns).
+
+        1 inside, 1/2 at an edge and 1/4 at a corner: mass, air and the stiffness of springs are
+        those of the same continuous sheet on every grid, to second order in the spacing.
+        """
+        return np.outer(tributary_lengths(self.rows), tributary_lengths(self.columns))
+
     def field(self, dtype: Any, fill: float = 0.0, components: int = 3) -> Array:
         """Return a new flat array, shape (components, size), filled with `fill`."""
         return np.full((components, self.size), fill, dtype)
@@ -111,6 +121,14 @@ class Grid:
                 name, wrong, f'finite and at most {_LARGEST:g} everywhere', 'correct it'
             )
         return np.moveaxis(array, -1, 0)
+
+
+def tributary_lengths(count: int) -> Array:
+    """Return the share of the spacing that belongs to each particle of a row, shape (count,)."""
+    lengths = np.ones(count)
+    if count > 1:
+        lengths[[0, -1]] = 0.5
+    return lengths
 
 
 def to_grid_copy(array: Array) -> Array:

@@ -34,7 +34,7 @@ def _kept(scene: Scene, precision: str) -> int:
     """Return the permanent bytes per particle of a cloth."""
     dissipative = scene.has_air or scene.springs.damping > 0
     # Of `State`, of the snapshot at the start of a batch, of `KickDrift`.
-    components = 13 + 6 + 6 * scene.has_air + 3 * dissipative
+    components = 15 + 6 + 3 * dissipative
     contact = 12 * (scene.sphere.radius > 0)  # three lists of indices
     return components * (8 if precision == 'double' else 4) + contact
 

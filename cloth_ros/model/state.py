@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .grid import GHOST, Array, Grid
+from .grid import GHOST, Array, Grid, tributary_lengths
 from .kernels.jit import kernel
 
 # Particles whose speeds are compared in one iteration.
@@ -34,6 +34,10 @@ class State:
         m/s and m/s², shape (3, size); zero for pinned particles and ghosts.
     free
         1 for particles that move, 0 for pinned ones and ghosts, shape (size,).
+    edge_factors
+        The reciprocals of a particle's tributary lengths along its row and along its column, in
+        units of the spacing: 2 at an end, otherwise 1; shape (2, size).  Their product is the
+        reciprocal of its mass, in units of the mass of a cell.
 
     """
 
@@ -45,6 +49,7 @@ class State:
     velocity: Array = field(init=False)
     acceleration: Array = field(init=False)
     free: Array = field(init=False)
+    edge_factors: Array = field(init=False)
 
     def __post_init__(self) -> None:
         """Allocate the arrays, with every particle free, at the origin and at rest."""
@@ -55,6 +60,10 @@ class State:
         self.acceleration = self.grid.field(self.dtype)
         self.free = self.grid.field(self.dtype, components=1)[0]
         self.grid.interior(self.free)[...] = 1
+        self.edge_factors = self.grid.field(self.dtype, 1.0, components=2)
+        along, across = self.grid.interior(self.edge_factors)
+        along[...] = 1 / tributary_lengths(self.grid.columns)
+        across[...] = 1 / tributary_lengths(self.grid.rows)[:, None]
 
     @property
     def world_positions(self) -> Array:

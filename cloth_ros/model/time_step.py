@@ -162,7 +162,7 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
     air = 0.0
     if scene.has_air:
         pressure = 0.5 * scene.wind.air_density * scene.wind.drag_coefficient * airspeed
-        air = pressure * dx * dy / scene.sheet.particle_mass
+        air = pressure * dx * dy / scene.sheet.cell_mass
     seconds = min(_IMPULSE, _BY_AIR / max(air, 1e-9), _BY_DASHPOTS / max(viscous, 1e-9))
     # False where not finite.
     interval = int(seconds / substep) if seconds < _MAX_INTERVAL * substep else _MAX_INTERVAL

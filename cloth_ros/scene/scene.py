@@ -89,9 +89,9 @@ class Sheet(ParameterGroup):
         )
 
     @property
-    def particle_mass(self) -> float:
-        """Mass of one particle, kg."""
-        return self.mass / (self.rows * self.columns)
+    def cell_mass(self) -> float:
+        """Mass of one cell of the grid, and so of a particle inside the sheet, kg."""
+        return self.mass / (max(self.rows - 1, 1) * max(self.columns - 1, 1))
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from ..model.inputs import Vector
 from ..model.integrators.integrator import Step
 from ..model.state import State
 from ..scene import Scene
-from .reference_model import air_forces, spring_forces
+from .reference_model import air_forces, spring_forces, tributary_areas
 from .reference_solution import negligible_energy
 
 
@@ -88,7 +88,8 @@ class WorkAccount:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._free = ~scene.pinned()
-        self._mass = scene.sheet.particle_mass
+        # kg, shape (rows, columns).
+        self._masses = scene.sheet.cell_mass * tributary_areas(*self._free.shape)
         self._work = dict.fromkeys(('air', 'drag', 'dashpots', 'contact'), 0.0)
         self._turnover = 0.0
 
@@ -112,7 +113,7 @@ class WorkAccount:
             return
         scene, h, positions = self._scene, step.kick, self._positions
         mean = 0.5 * (self._velocities + self._kicked)
-        self._impulses['drag'] = -self._mass * scene.drag * h * mean
+        self._impulses['drag'] = -self._masses * scene.drag * h * mean
         if scene.springs.damping > 0 and step.weight:
             dashpots = spring_forces(scene, positions, mean)
             dashpots -= spring_forces(scene, positions, np.zeros_like(mean))
@@ -124,7 +125,7 @@ class WorkAccount:
     def after_contact(self, state: State, step: Step) -> None:
         """Book the last kick, if there was one, and the drift and the contact after it."""
         positions, velocities = state.world_positions, state.velocities
-        self._impulses['contact'] = self._mass * (velocities - self._kicked)
+        self._impulses['contact'] = self._masses * (velocities - self._kicked)
         mean = 0.5 * (self._velocities + velocities)
         for name, impulse in self._impulses.items():
             self._work[name] += float(np.sum(impulse * mean))
@@ -147,7 +148,7 @@ class WorkAccount:
         """Return the force of springs and gravity at the positions of the last kick, N."""
         still = np.zeros_like(self._positions)
         force = spring_forces(self._scene, self._positions, still)
-        force += self._mass * np.array(self._scene.gravity)[:, None, None]
+        force += self._masses * np.array(self._scene.gravity)[:, None, None]
         masked: Array = force * self._free
         return masked
 
@@ -156,8 +157,8 @@ class WorkAccount:
 
     def _gravity(self) -> float:
         """Return the work of gravity since the account was opened, J."""
-        weight = self._mass * np.array(self._scene.gravity)
-        fallen = float(weight @ self._positions.sum(axis=(1, 2)))
+        gravity = np.array(self._scene.gravity)
+        fallen = float(gravity @ (self._masses * self._positions).sum(axis=(1, 2)))
         return fallen + self._opening.gravitational
 
     def budget(self) -> Budget:

@@ -284,6 +284,6 @@ def _piece(scene: Scene) -> Scene:
             'sheet.rows': rows,
             'sheet.columns': columns,
             'sheet.size': [dx * max(columns - 1, 1), dy * max(rows - 1, 1)],
-            'sheet.mass': sheet.particle_mass * rows * columns,
+            'sheet.mass': sheet.cell_mass * max(rows - 1, 1) * max(columns - 1, 1),
         }
     )

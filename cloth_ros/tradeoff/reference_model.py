@@ -20,7 +20,7 @@ from ..model.forces.gusts import Gusts
 from ..model.grid import Array
 from ..scene import Scene
 
-# Lengths, m, and areas, m², below which a spring has no direction and a triangle no normal.
+# Lengths, m, and areas, m², below which a spring has no direction and cloth no normal.
 _SHORTEST = 1e-12
 _SMALLEST = 1e-24
 
@@ -37,6 +37,15 @@ def _spring_kinds(scene: Scene) -> list[tuple[int, int, float, float]]:
         (0, 2, springs.bending, 2 * dx),
         (2, 0, springs.bending, 2 * dy),
     ]
+
+
+def tributary_areas(rows: int, columns: int) -> Array:
+    """Return how many cells' area belongs to each particle, shape (rows, columns)."""
+    areas = np.ones((rows, columns))
+    for count, edges in ((rows, areas), (columns, areas.T)):
+        if count > 1:
+            edges[[0, -1]] /= 2
+    return areas
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -58,6 +67,7 @@ def spring_forces(scene: Scene, positions: Array, velocities: Array) -> Array:
     """
     forces = np.zeros_like(positions)
     rows, columns = positions.shape[1:]
+    strips = tributary_areas(rows, columns)
     for down, across, stiffness, rest_length in _spring_kinds(scene):
         if stiffness == 0 or down >= rows or abs(across) >= columns:
             continue
@@ -71,6 +81,11 @@ def spring_forces(scene: Scene, positions: Array, velocities: Array) -> Array:
         force = stiffness * (rest_length - length)
         if scene.springs.damping > 0:
             force -= scene.springs.damping * _dot(velocities[here] - velocities[there], difference)
+        # Half of the strip of cloth that a spring along an edge stands for is missing.
+        if down == 0:
+            force *= 2 * strips[:, :1]
+        elif across == 0:
+            force *= 2 * strips[:1]
         difference *= force
         forces[here] += difference
         forces[there] -= difference
@@ -83,7 +98,7 @@ def air_forces(
     """
     Return the forces of the air, N, shape (3, rows, columns).
 
-    A third of the force on each triangle at each corner, with the velocity of that corner.
+    At each particle that on a quarter of each cell around it, with the normal from its neighbours.
 
     Parameters
     ----------
@@ -101,14 +116,13 @@ def air_forces(
         return forces
     flow = np.asarray(air_velocity, positions.dtype)[:, None, None] - velocities
     speed = np.sqrt(_dot(flow, flow))
-    near, right = np.s_[:, :-1, :-1], np.s_[:, :-1, 1:]
-    below, far = np.s_[:, 1:, :-1], np.s_[:, 1:, 1:]
-    for corners in ((near, right, below), (far, below, right)):
-        a, b, c = (positions[corner] for corner in corners)
-        area = np.cross(b - a, c - a, axis=0) / 2
-        normal = area / np.maximum(np.sqrt(_dot(area, area)), _SMALLEST)
-        for corner in corners:
-            forces[corner] += density / 3 * speed[corner[1:]] * _dot(flow[corner], normal) * area
+    # The differences of the neighbours, with the particle itself where one is missing.
+    padded = np.pad(positions, ((0, 0), (1, 1), (1, 1)), mode='edge')
+    along = (padded[:, 1:-1, 2:] - padded[:, 1:-1, :-2]) / 2
+    down = (padded[:, 2:, 1:-1] - padded[:, :-2, 1:-1]) / 2
+    area = np.cross(along, down, axis=0)
+    normal = area / np.maximum(np.sqrt(_dot(area, area)), _SMALLEST)
+    forces += density * speed * _dot(flow, normal) * area
     return forces
 
 
@@ -133,7 +147,7 @@ def acceleration(
     total = spring_forces(scene, positions, velocities)
     if scene.wind.air_density > 0:
         total += air_forces(scene, positions, velocities, air_velocity)
-    total /= scene.sheet.particle_mass
+    total /= scene.sheet.cell_mass * tributary_areas(*positions.shape[1:])
     total += np.array(scene.gravity, positions.dtype)[:, None, None]
     if scene.drag > 0:
         total -= scene.drag * velocities

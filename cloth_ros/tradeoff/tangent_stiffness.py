@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from ..model.forces.springs import spring_ends, spring_families
-from ..model.grid import Array
+from ..model.grid import Array, Grid
 from ..model.time_step import integrator_for
 from ..scene import Scene
 from .eigenvalues import has_eigenvalue_above, largest_eigenvalue
@@ -55,28 +55,33 @@ class TangentStiffness:
     Attributes
     ----------
     stiffness, damping
-        K, 1/s², and C, 1/s: symmetric sparse matrices of x, y and z of all free particles, in
-        this order.
+        K, 1/s², and C, 1/s: sparse matrices of x, y and z of all free particles, in this order.
+        Of displacements times the root of the mass, so that they are symmetric.
 
     """
 
     def __init__(self, scene: Scene, grid: Array) -> None:
-        number = np.arange(scene.sheet.rows * scene.sheet.columns).reshape(grid.shape[1:])
-        ends, directions, along, across = [], [], [], []
+        rows, columns = grid.shape[1:]
+        number = np.arange(rows * columns).reshape(rows, columns)
+        ends, directions, along, across, dashpots = [], [], [], [], []
         for family in spring_families(scene):
             p, q = (end.reshape(3, -1) for end in spring_ends(family, grid))
             length = np.linalg.norm(p - q, axis=0)
             length = np.maximum(length, _SHORTEST * family.rest_length)
             ends.append(np.stack([end.ravel() for end in spring_ends(family, number)]))
             directions.append((p - q) / length)
-            along.append(np.full(len(length), family.stiffness))
-            across.append(family.stiffness * (1 - family.rest_length / length))
+            shape = spring_ends(family, number)[0].shape
+            weights = np.broadcast_to(family.weights(rows, columns), shape).ravel()
+            along.append(family.stiffness * weights)
+            across.append(along[-1] * (1 - family.rest_length / length))
+            dashpots.append(scene.springs.damping * weights)
         free = ~scene.pinned().ravel()
-        incidence = _incidence(np.concatenate(ends, axis=1), free.size)[:, free]
+        masses = scene.sheet.cell_mass * Grid(rows, columns).tributary_areas.ravel()
+        incidence = _incidence(np.concatenate(ends, axis=1), 1 / np.sqrt(masses))[:, free]
         direction = np.concatenate(directions, axis=1)
-        mass, k = scene.sheet.particle_mass, np.concatenate(along)
-        self.stiffness = _assemble(incidence, direction, k, np.concatenate(across)) / mass
-        self.damping = _assemble(incidence, direction, scene.springs.damping + 0 * k, 0 * k) / mass
+        k, c = np.concatenate(along), np.concatenate(dashpots)
+        self.stiffness = _assemble(incidence, direction, k, np.concatenate(across))
+        self.damping = _assemble(incidence, direction, c, 0 * c)
 
     def kick(self, h: float, plain: float, damped: float) -> Callable[[Array], Array]:
         """Return E (h² K + 2 h C)/4 with E = `plain` I + `damped` C, for a step of h s."""
@@ -89,14 +94,24 @@ class TangentStiffness:
         return apply
 
 
-def _incidence(ends: Array, particles: int) -> Any:
-    """Return the matrix of differences between the `ends`, shape (2, springs), of springs."""
+def _incidence(ends: Array, scale: Array) -> Any:
+    """
+    Return the matrix of differences between the ends of springs.
+
+    Parameters
+    ----------
+    ends
+        Indices of particles, shape (2, springs).
+    scale
+        Factor of each particle's column, shape (particles,).
+
+    """
     from scipy.sparse import csr_array
 
     springs = ends.shape[1]
-    signs = np.repeat([1.0, -1.0], springs)
+    values = np.repeat([1.0, -1.0], springs) * scale[ends.ravel()]
     rows = np.tile(np.arange(springs), 2)
-    return csr_array((signs, (rows, ends.ravel())), shape=(springs, particles))
+    return csr_array((values, (rows, ends.ravel())), shape=(springs, len(scale)))
 
 
 def _assemble(incidence: Any, direction: Array, along: Array, across: Array) -> Any:

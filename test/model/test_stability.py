@@ -12,20 +12,25 @@ from cloth_ros import Cloth, Scene
 from cloth_ros.model import stability
 from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.model.time_step import stability_limit
-from cloth_ros.tradeoff.reference_model import spring_forces
+from cloth_ros.tradeoff.reference_model import spring_forces, tributary_areas
 
 FAR = 1e12  # m; rest lengths do not count where particles are so far apart
 
 
 def stiffness_matrix(scene: Scene) -> np.ndarray:
-    """Return the stiffness matrix of the reference model where the springs are far extended."""
+    """
+    Return the stiffness matrix of the reference model where the springs are far extended.
+
+    Per mass of a particle, in units of the mass of a cell.
+    """
     shape = (3, scene.sheet.rows, scene.sheet.columns)
     columns = []
     for n in range(shape[1] * shape[2]):
         positions = np.zeros(shape)
         positions[0].flat[n] = FAR
         columns.append(-spring_forces(scene, positions, np.zeros(shape))[0].ravel() / FAR)
-    return np.array(columns)
+    scale = 1 / np.sqrt(tributary_areas(*shape[1:]).ravel())
+    return scale[:, None] * np.array(columns) * scale
 
 
 @examples(0.2)
@@ -35,15 +40,23 @@ def stiffness_matrix(scene: Scene) -> np.ndarray:
     weights=st.sampled_from([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
     | st.tuples(*[st.sampled_from([1.0, 30.0, 500.0])] * 3),
 )
-def test_the_stiffness_of_the_reference_model_is_bounded_and_not_by_much(rows, columns, weights):
+def test_the_largest_stiffness_is_exactly_that_of_the_reference_model(rows, columns, weights):
     """Of each type of springs alone, and of all."""
     springs = dict(zip(only(None), weights, strict=True))
     scene = scene_of(sheet__rows=rows, sheet__columns=columns, pins=[''], **springs)
     exact = np.linalg.eigvalsh(stiffness_matrix(scene))[-1]
     found = stability.largest_eigenvalue(rows, columns, weights)
-    # Below the exact value by less than the safety factor of the step leaves.
-    assert exact * stability.SAFETY <= found <= 1.06 * exact + 1e-9
-    assert exact <= stability.gershgorin_bound(rows, columns, weights) + 1e-9
+    assert found == pytest.approx(exact, rel=1e-9, abs=1e-9)
+
+
+def test_the_phases_of_a_long_side_are_sampled_finely_enough(monkeypatch):
+    sheets = [
+        (300, 400, weights) for weights in ((1.0, 0.0, 0.0), (5.0, 2.5, 0.5), (1.0, 9.0, 30.0))
+    ]
+    sampled = [stability.largest_eigenvalue.__wrapped__(*sheet) for sheet in sheets]
+    monkeypatch.setattr(stability, '_SAMPLES', 1000)
+    exact = [stability.largest_eigenvalue.__wrapped__(*sheet) for sheet in sheets]
+    assert sampled == pytest.approx(exact, rel=1e-3)
 
 
 @pytest.mark.parametrize('method', INTEGRATORS)

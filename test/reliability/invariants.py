@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from builders import momentum
 from geometry import triangles
 from reliability.random_scenes import Run
 
@@ -94,8 +95,9 @@ class Invariants:
 
     def _internal_energy(self, energy: Energy) -> float:
         """Return the energy of springs, and of the motion about the centre of mass, J."""
-        centre = self._cloth.velocities.mean(axis=(0, 1))
-        return energy.motion - 0.5 * self._cloth.scene.sheet.mass * float(centre @ centre)
+        mass = self._cloth.scene.sheet.mass
+        centre = momentum(self._cloth) / mass
+        return energy.motion - 0.5 * mass * float(centre @ centre)
 
     def _check_energy(self) -> None:
         cloth, scene, sheet = self._cloth, self._cloth.scene, self._cloth.scene.sheet

@@ -122,7 +122,7 @@ def _copy_row(array, i, other, j):  # type: ignore[no-untyped-def]
 
 @exact_subroutine
 def _apply_impulse(  # type: ignore[no-untyped-def]
-    velocities, free, triangles, weights, normals, t, least, slack, friction
+    velocities, inverse_masses, triangles, weights, normals, t, least, slack, friction
 ):
     """Let a contact point recede at `least` m/s or faster; return whether it fell short."""
     triangle, weight, normal = triangles[t], weights[t], normals[t]
@@ -133,7 +133,7 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
         u += weight[k] * velocities[i, 0]
         v += weight[k] * velocities[i, 1]
         w += weight[k] * velocities[i, 2]
-        inverse_mass += free[i] * weight[k] * weight[k]
+        inverse_mass += inverse_masses[i] * weight[k] * weight[k]
     along = u * normal[0] + v * normal[1] + w * normal[2]
     if inverse_mass == 0.0 or along >= least - slack:
         return False
@@ -144,7 +144,7 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
     grip = min(friction * push / sliding, 1.0) if sliding > 0.0 else 0.0
     for k in range(3):
         i = triangle[k]
-        share = free[i] * weight[k] / inverse_mass
+        share = inverse_masses[i] * weight[k] / inverse_mass
         velocities[i, 0] += share * (push * normal[0] - grip * u)
         velocities[i, 1] += share * (push * normal[1] - grip * v)
         velocities[i, 2] += share * (push * normal[2] - grip * w)
@@ -152,7 +152,7 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
-def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
+def _project(points, inverse_masses, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
     """
     Push triangles out of the sphere until none is deeper than `tolerance`.
 
@@ -177,8 +177,8 @@ def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type:
             most = 0.0
             for k in range(3):
                 i = triangles[t, k]
-                inverse_mass += free[i] * weights[k] * weights[k]
-                most = max(most, free[i] * weights[k])
+                inverse_mass += inverse_masses[i] * weights[k] * weights[k]
+                most = max(most, inverse_masses[i] * weights[k])
             if inverse_mass == 0.0:
                 held = True
                 continue
@@ -191,7 +191,7 @@ def _project(points, free, triangles, gaps, travel, radius, tolerance):  # type:
             for k in range(3):
                 i = triangles[t, k]
                 for axis in range(3):
-                    points[i, axis] += free[i] * weights[k] * push * normal[axis]
+                    points[i, axis] += inverse_masses[i] * weights[k] * push * normal[axis]
         if clear:
             return True, held
     return False, held
@@ -209,11 +209,13 @@ def max_penetration(points, triangles, radius):  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
-def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, tolerance):  # type: ignore[no-untyped-def]
+def _move_with_sphere(  # type: ignore[no-untyped-def]
+    points, velocities, start, gaps, inverse_masses, triangles, radius, tolerance
+):
     """Stop particles that moved too far; move those of too deep triangles with the sphere."""
-    carried = np.empty(len(free), np.bool_)
+    carried = np.empty(len(inverse_masses), np.bool_)
     for i in range(len(points)):
-        carried[i] = free[i] == 0.0
+        carried[i] = inverse_masses[i] == 0.0
         travel = 0.0
         for axis in range(3):
             travel += (points[i, axis] - start[i, axis]) ** 2
@@ -244,7 +246,7 @@ def _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, 
 
 
 @exact_subroutine
-def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
+def _leave_to_pins(points, velocities, inverse_masses, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Return the triangles without the pinned corners and edges in the sphere, and how many had any.
 
@@ -253,8 +255,8 @@ def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  
     """
     kept, found = triangles, 0
     whole = True
-    for i in range(len(free)):
-        whole = whole and free[i] > 0.0
+    for i in range(len(inverse_masses)):
+        whole = whole and inverse_masses[i] > 0.0
     if whole:
         return kept, found
     place = np.zeros((3, 3))
@@ -262,7 +264,7 @@ def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  
         pinned, other = 0, -1
         for k in range(3):
             i = triangles[t, k]
-            if free[i] > 0.0:
+            if inverse_masses[i] > 0.0:
                 other = i
             else:
                 _copy_row(place, pinned, points, i)
@@ -273,7 +275,7 @@ def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  
         nearest = closest_point(place, 0, b, c)[0]
         # Pins all move alike, seen from the sphere.
         for k in range(3):
-            if free[triangles[t, k]] == 0.0:
+            if inverse_masses[triangles[t, k]] == 0.0:
                 for corner in range(3):
                     _add_row(place, corner, h, velocities, triangles[t, k])
                 break
@@ -285,13 +287,13 @@ def _leave_to_pins(points, velocities, free, triangles, radius, h, tolerance):  
                     _copy_row(kept, n, triangles, n)
             found += 1
             for k in range(3):
-                if free[triangles[t, k]] == 0.0:
+                if inverse_masses[triangles[t, k]] == 0.0:
                     kept[t, k] = other
     return kept, found
 
 
 @exact_subroutine
-def resolve_contact(points, velocities, free, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
+def resolve_contact(points, velocities, inverse_masses, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
     """
     Move points through `h` seconds past a sphere of `radius` at the origin.
 
@@ -299,8 +301,8 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
     ----------
     points, velocities
         m and m/s, relative to the sphere, shape (n, 3), double precision; changed in place.
-    free
-        1 for particles that move, 0 for pinned ones, shape (n,).
+    inverse_masses
+        In any unit; 0 for pinned particles; shape (n,).
     triangles
         Corners as indices into the points, shape (m, 3); equal corners as in `closest_point`.
     friction
@@ -316,7 +318,9 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
 
     """
     whole = triangles
-    triangles, pinned = _leave_to_pins(points, velocities, free, whole, radius, h, tolerance)
+    triangles, pinned = _leave_to_pins(
+        points, velocities, inverse_masses, whole, radius, h, tolerance
+    )
     weights = np.empty((len(triangles), 3))
     normals = np.empty((len(triangles), 3))
     gaps = np.empty(len(triangles))
@@ -331,7 +335,7 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
             break
         if advance == _MAX_ADVANCES:
             for i in range(len(points)):
-                if free[i] == 0.0:  # pins stay where they are, seen from the world
+                if inverse_masses[i] == 0.0:  # pins stay where they are, seen from the world
                     _add_row(points, i, left, velocities, i)
                 _scale_row(velocities, i, 0.0)
             forced = deep = True
@@ -372,7 +376,15 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
                 if gaps[t] <= length * fastest:
                     least = min(-gaps[t] / length, 0.0)
                     pushed |= _apply_impulse(
-                        velocities, free, triangles, weights, normals, t, least, slack, friction
+                        velocities,
+                        inverse_masses,
+                        triangles,
+                        weights,
+                        normals,
+                        t,
+                        least,
+                        slack,
+                        friction,
                     )
             if not pushed:
                 break
@@ -380,10 +392,14 @@ def resolve_contact(points, velocities, free, triangles, radius, friction, h, to
             _copy_row(start, i, points, i)
             _add_row(points, i, length, velocities, i)
         travel = _travel(points, start)
-        resolved, held = _project(points, free, triangles, gaps, travel, radius, tolerance)
+        resolved, held = _project(
+            points, inverse_masses, triangles, gaps, travel, radius, tolerance
+        )
         displaced = clearance < radius and _travel(points, start) > _CARRIED * radius
         if displaced or not resolved:
-            _move_with_sphere(points, velocities, start, gaps, free, triangles, radius, tolerance)
+            _move_with_sphere(
+                points, velocities, start, gaps, inverse_masses, triangles, radius, tolerance
+            )
         forced = forced or displaced or not resolved
         deep = pinned > 0 or held or displaced or not resolved
         left -= length

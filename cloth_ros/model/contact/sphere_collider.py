@@ -52,11 +52,14 @@ _FASTEST = 1e6
 
 
 @exact_subroutine
-def _load(position, velocity, free, particles, h, start, drift, points, velocities, moves):  # type: ignore[no-untyped-def]
+def _load(  # type: ignore[no-untyped-def]
+    position, velocity, free, edge_factors, particles, h, start, drift, points, velocities,
+    inverse_masses,
+):  # fmt: skip
     """Write the particles as they were before the substep, relative to the sphere."""
     for n in range(len(particles)):
         i = particles[n]
-        moves[n] = free[i]
+        inverse_masses[n] = free[i] * edge_factors[0, i] * edge_factors[1, i]
         for axis in range(3):
             speed = np.float64(velocity[axis, i])
             points[n, axis] = np.float64(position[axis, i]) - h * speed - start[axis]
@@ -64,29 +67,31 @@ def _load(position, velocity, free, particles, h, start, drift, points, velociti
 
 
 @exact_subroutine
-def _store(position, velocity, particles, end, drift, points, velocities, moves, least):  # type: ignore[no-untyped-def]
+def _store(  # type: ignore[no-untyped-def]
+    position, velocity, particles, end, drift, points, velocities, inverse_masses, least
+):
     """
     Write back the particles that move.
 
-    Return the sums of the changes of velocity and of position, and the greatest change of a
-    position, m.  Changes of position below `least`, m, do not count in the sum.
+    Return the sums of the changes of velocity and of position, times the masses, and the greatest
+    change of a position, m.  Changes of position below `least`, m, do not count in the sum.
     """
     u, v, w = 0.0, 0.0, 0.0
     x, y, z = 0.0, 0.0, 0.0
     farthest = 0.0
     for n in range(len(particles)):
-        if moves[n] > 0:
-            i = particles[n]
-            u += velocities[n, 0] + drift[0] - velocity[0, i]
-            v += velocities[n, 1] + drift[1] - velocity[1, i]
-            w += velocities[n, 2] + drift[2] - velocity[2, i]
+        if inverse_masses[n] > 0:
+            i, mass = particles[n], 1.0 / inverse_masses[n]
+            u += mass * (velocities[n, 0] + drift[0] - velocity[0, i])
+            v += mass * (velocities[n, 1] + drift[1] - velocity[1, i])
+            w += mass * (velocities[n, 2] + drift[2] - velocity[2, i])
             a = points[n, 0] + end[0] - position[0, i]
             b = points[n, 1] + end[1] - position[1, i]
             c = points[n, 2] + end[2] - position[2, i]
             squared = a * a + b * b + c * c
             farthest = max(farthest, squared)
             if squared > least * least:
-                x, y, z = x + a, y + b, z + c
+                x, y, z = x + mass * a, y + mass * b, z + mass * c
             for axis in range(3):
                 position[axis, i] = points[n, axis] + end[axis]
                 velocity[axis, i] = velocities[n, axis] + drift[axis]
@@ -95,15 +100,15 @@ def _store(position, velocity, particles, end, drift, points, velocities, moves,
 
 @exact
 def _resolve_substep(  # type: ignore[no-untyped-def]
-    position, velocity, free, particles, triangles, h, start, end, drift, gravity, radius,
-    friction, tolerance,
+    position, velocity, free, edge_factors, particles, triangles, h, start, end, drift, gravity,
+    radius, friction, tolerance,
 ):  # fmt: skip
     """
     Move a sphere and a part of the sheet through a substep.
 
     Parameters
     ----------
-    position, velocity, free
+    position, velocity, free, edge_factors
         Flat arrays after the substep, of which the first two are corrected.
     particles, triangles
         From `BroadPhase.find`.
@@ -120,19 +125,23 @@ def _resolve_substep(  # type: ignore[no-untyped-def]
     -------
     (float, bool, bool, bool, float, float)
         Depth, touch and force as from `resolve_contact`; whether there are pinned particles; the
-        work of the sphere, J for particles of 1 kg; and the greatest correction of a position, m.
+        work of the sphere, J for cells of 1 kg; and the greatest correction of a position, m.
 
     """
     number = len(particles)
-    points, velocities, moves = np.empty((number, 3)), np.empty((number, 3)), np.empty(number)
-    _load(position, velocity, free, particles, h, start, drift, points, velocities, moves)
+    points, velocities = np.empty((number, 3)), np.empty((number, 3))
+    inverse_masses = np.empty(number)
+    _load(
+        position, velocity, free, edge_factors, particles, h, start, drift, points, velocities,
+        inverse_masses,
+    )  # fmt: skip
     depth, touched, forced = resolve_contact(
-        points, velocities, moves, triangles, radius, friction, h, tolerance
+        points, velocities, inverse_masses, triangles, radius, friction, h, tolerance
     )
     work, farthest = 0.0, 0.0
     if touched:
         impulse, lifted, farthest = _store(
-            position, velocity, particles, end, drift, points, velocities, moves,
+            position, velocity, particles, end, drift, points, velocities, inverse_masses,
             _INSIDE * tolerance,
         )  # fmt: skip
         along, up = 0.0, 0.0
@@ -142,7 +151,7 @@ def _resolve_substep(  # type: ignore[no-untyped-def]
         work = along + max(up, 0.0)
     pinned = False
     for n in range(number):
-        pinned = pinned or moves[n] == 0.0
+        pinned = pinned or inverse_masses[n] == 0.0
     return depth, touched, forced, pinned, work, farthest
 
 
@@ -186,7 +195,7 @@ class SphereCollider:
         self._centre = np.array(sphere.position, float)
         self._path = KinematicPath([self._centre], 0.0, 1.0)
         self._friction, self._gravity = sphere.friction, np.array(scene.gravity)
-        self._particle_mass = scene.sheet.particle_mass
+        self._cell_mass = scene.sheet.cell_mass
         self._tolerance = min(_TOLERANCE_SHARE * sphere.radius, _TOLERANCE)
         self._broad_phase = BroadPhase(grid)
         self._fastest = 0.0  # m/s, of the particles when they were last compared
@@ -262,8 +271,8 @@ class SphereCollider:
         if not len(particles):
             return
         self.max_penetration, touched, forced, pinned, work, farthest = _resolve_substep(
-            state.position, state.velocity, state.free, particles, triangles, h, start, end,
-            velocity, self._gravity, self.radius, self._friction, self._tolerance,
+            state.position, state.velocity, state.free, state.edge_factors, particles, triangles,
+            h, start, end, velocity, self._gravity, self.radius, self._friction, self._tolerance,
         )  # fmt: skip
         if touched:
             self.touched = True
@@ -293,7 +302,7 @@ class SphereCollider:
         inf.
         """
         work, self._work, self.touched = self._work, 0.0, False
-        return self._particle_mass * work
+        return self._cell_mass * work
 
     def invalidate(self) -> None:
         """Search the whole sheet again: its velocities were assigned."""

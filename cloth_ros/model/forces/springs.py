@@ -9,6 +9,18 @@ A spring of stiffness k and rest length L between particles p and q pulls p with
 and is defined as zero where p = q.  `STENCIL` lists the three types of springs by the offset in
 (rows, columns) from p to q; each spring also acts from q on p, in the opposite direction.
 
+A spring stands for the strip of cloth along it, and a particle for a quarter of each cell around
+it.  At the edge of the sheet, half of the strip is missing: structural and bending springs along
+an edge have half the stiffness, and half the dashpot.  Diagonal springs lie within one cell.  In
+units of the mass of a cell, a particle's mass is the product of its tributary lengths, a along its
+row and b along its column, each 1, or 1/2 at an edge, so that
+
+    dv/dt = g + (R/a + C/b + D/ab)/m,   m: mass of a cell,
+
+with R, C and D the forces of the springs along the row, along the column and along the diagonals
+at full stiffness.  The sheet then moves as a part of an unbounded one that is symmetric about its
+edges, which makes it converge to the continuous sheet with the second power of the spacing.
+
 X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behaviour",
 Graphics Interface 1995.
 """
@@ -22,7 +34,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...scene import Scene
-from ..grid import GHOST_DISTANCE_SQUARED, Array
+from ..grid import GHOST_DISTANCE_SQUARED, Array, tributary_lengths
 from ..kernels.jit import inlined
 
 # Type of spring, and offset in rows and columns.  All code that goes over springs uses this table.
@@ -49,6 +61,16 @@ class SpringFamily:
     columns: int
     stiffness: float
     rest_length: float
+
+    def weights(self, rows: int, columns: int) -> Array:
+        """
+        Return the share of `stiffness` that each spring of a sheet has: 1, or 1/2 along an edge.
+
+        Its shape, for a sheet of `rows` × `columns`, broadcasts to that of `spring_ends`.
+        """
+        if self.rows and self.columns:
+            return np.ones((1, 1))
+        return tributary_lengths(columns) if self.rows else tributary_lengths(rows)[:, None]
 
 
 def rest_length(scene: Scene, rows: int, columns: int) -> float:
@@ -91,7 +113,7 @@ def spring_constants(scene: Scene) -> tuple[float, ...]:
         has no direction.
 
     """
-    mass = scene.sheet.particle_mass
+    mass = scene.sheet.cell_mass
     stiffness = [getattr(scene.springs, name) / mass for name in SPRING_TYPES]
     tension = [
         getattr(scene.springs, name) / mass * rest_length(scene, rows, columns)
@@ -135,113 +157,70 @@ def _pull(position, velocity, i, j, k, tension, dashpot, damped, double, ghost, 
 
 
 @inlined
-def _add_pair(  # type: ignore[no-untyped-def]
-    total, position, velocity, i, offset, k, tension, dashpot, damped, double, ghost, coincident
-):
-    """Add the acceleration of particle i by its two springs of one offset."""
-    x, y, z = total
-    a, b, c = _pull(
+def _pair(position, velocity, i, offset, k, tension, dashpot, damped, double, ghost, coincident):  # type: ignore[no-untyped-def]
+    """Return the acceleration of particle i by its two springs of one offset."""
+    x, y, z = _pull(
         position, velocity, i, i + offset, k, tension, dashpot, damped, double, ghost, coincident
     )
     p, q, r = _pull(
         position, velocity, i, i - offset, k, tension, dashpot, damped, double, ghost, coincident
     )
-    return x + (a + p), y + (b + q), z + (c + r)
+    return x + p, y + q, z + r
+
+
+@inlined
+def _add(a, b):  # type: ignore[no-untyped-def]
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 @inlined
 def spring_acceleration(  # type: ignore[no-untyped-def]
-    position, velocity, i, row, constants, dashpot, structural, shear, bending, damped, double
-):
+    position, velocity, i, row, edge_factors, constants, dashpot, structural, shear, bending,
+    damped, double,
+):  # fmt: skip
     """Return the acceleration of particle i by gravity and by all of its springs."""
     x, y, z, k0, k1, k2, t0, t1, t2, t3, t4, t5, ghost, tiny = constants
-    a = x, y, z
+    zero = position.dtype.type(0)
+    along = across = diagonal = (zero, zero, zero)
     # Written out: a loop over the stencil would keep the loop over particles scalar.
     if structural:
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(0, row),
-            k0,
-            t0,
-            dashpot,
-            damped,
-            double,
-            ghost,
+        along = _pair(
+            position, velocity, i, stencil_offset(0, row), k0, t0, dashpot, damped, double, ghost,
             tiny,
-        )
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(1, row),
-            k0,
-            t1,
-            dashpot,
-            damped,
-            double,
-            ghost,
+        )  # fmt: skip
+        across = _pair(
+            position, velocity, i, stencil_offset(1, row), k0, t1, dashpot, damped, double, ghost,
             tiny,
-        )
+        )  # fmt: skip
     if shear:
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(2, row),
-            k1,
-            t2,
-            dashpot,
-            damped,
-            double,
-            ghost,
-            tiny,
-        )
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(3, row),
-            k1,
-            t3,
-            dashpot,
-            damped,
-            double,
-            ghost,
-            tiny,
-        )
+        diagonal = _add(
+            _pair(
+                position, velocity, i, stencil_offset(2, row), k1, t2, dashpot, damped, double,
+                ghost, tiny,
+            ),
+            _pair(
+                position, velocity, i, stencil_offset(3, row), k1, t3, dashpot, damped, double,
+                ghost, tiny,
+            ),
+        )  # fmt: skip
     if bending:
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(4, row),
-            k2,
-            t4,
-            dashpot,
-            damped,
-            double,
-            ghost,
-            tiny,
-        )
-        a = _add_pair(
-            a,
-            position,
-            velocity,
-            i,
-            stencil_offset(5, row),
-            k2,
-            t5,
-            dashpot,
-            damped,
-            double,
-            ghost,
-            tiny,
-        )
-    return a
+        along = _add(
+            along,
+            _pair(
+                position, velocity, i, stencil_offset(4, row), k2, t4, dashpot, damped, double,
+                ghost, tiny,
+            ),
+        )  # fmt: skip
+        across = _add(
+            across,
+            _pair(
+                position, velocity, i, stencil_offset(5, row), k2, t5, dashpot, damped, double,
+                ghost, tiny,
+            ),
+        )  # fmt: skip
+    a, b = edge_factors[0, i], edge_factors[1, i]
+    return (
+        x + a * (along[0] + b * diagonal[0]) + b * across[0],
+        y + a * (along[1] + b * diagonal[1]) + b * across[1],
+        z + a * (along[2] + b * diagonal[2]) + b * across[2],
+    )

@@ -76,8 +76,8 @@ class KickDrift:
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
         self.dissipative = self.damped or scene.has_air
-        self._drag, self._mass = scene.drag + extra_drag, scene.sheet.particle_mass
-        self._dashpots = scene.springs.damping / scene.sheet.particle_mass
+        self._drag, self._mass = scene.drag + extra_drag, scene.sheet.cell_mass
+        self._dashpots = scene.springs.damping / scene.sheet.cell_mass
         threaded = grid.rows * grid.columns >= _MIN_THREADED
         self._threads = shared_thread_pool(scene.solver.threads if threaded else 1)
         separate = separate or self.dissipative
@@ -94,7 +94,6 @@ class KickDrift:
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
-        self._normals = grid.field(dtype, components=6) if scene.has_air else unused
         self._midpoint = grid.field(dtype) if separate else unused
         self._work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 
@@ -131,8 +130,6 @@ class KickDrift:
             return
         dashpots = weight * self._dashpots
         yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
-        if self._air:
-            yield (kernel.TRIANGLES, 1.0, 0.0, 0.0, 0.0, 0.0)
         if self.damped:
             half = self._drag_factors(0.5 * h)
             yield (kernel.KICK_TO_MIDPOINT, *half, 0.0, 0.0, weight * half[1] * self._air)
@@ -152,8 +149,8 @@ class KickDrift:
             state.velocity,
             self._midpoint,
             state.acceleration,
-            self._normals,
             state.free,
+            state.edge_factors,
             self._springs,
             (number(x), number(y), number(z)),
             self._bounds,

@@ -2,8 +2,8 @@
 Compiled kernel of kicks and drifts: a table of operations, each a loop over all particles.
 
 A step of an explicit method kicks, v ← v + h a, and then lets the particles drift, x ← x + h′ v.
-With springs and gravity alone that is one loop; with air and dashpots, accelerations, triangles
-and kicks take one each.  The table lists the operations of many substeps, so that one call of the
+With springs and gravity alone that is one loop; with air and dashpots, accelerations and kicks
+take one each.  The table lists the operations of many substeps, so that one call of the
 kernel does them all.  Code for effects that the scene does not have is not compiled.
 """
 
@@ -13,7 +13,7 @@ import functools
 
 import numpy as np
 
-from ..forces.aerodynamics import apply_air_drag, matrix, normals_of_quad
+from ..forces.aerodynamics import air_impulse, area_vector
 from ..forces.springs import spring_acceleration
 from ..kernels.jit import Kernel, inlined, kernel
 from ..kernels.thread_pool import (
@@ -33,7 +33,6 @@ KICK = 2  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
 ACCELERATE = 4  # by springs, gravity and dashpots
 ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
-TRIANGLES = 6  # normals of the triangles, scaled by their areas
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -60,32 +59,25 @@ def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h)
 
 @inlined
 def _accelerate(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, free, row, springs, dashpots, structural, shear,
-    bending, damped, double,
+    first, last, position, velocity, out, free, edge_factors, row, springs, dashpots,
+    structural, shear, bending, damped, double,
 ):  # fmt: skip
     for i in range(first, last):
         x, y, z = spring_acceleration(
-            position, velocity, i, row, springs, dashpots,
+            position, velocity, i, row, edge_factors, springs, dashpots,
             structural, shear, bending, damped, double,
         )  # fmt: skip
         out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
 
 
 @inlined
-def _triangles(first, last, position, normals, row, bounds):  # type: ignore[no-untyped-def]
-    half = position.dtype.type(0.5)
-    for i in range(first, last):
-        normals_of_quad(position, normals, i, row, half, bounds[0], bounds[1])
-
-
-@inlined
 def _kick(  # type: ignore[no-untyped-def]
-    first, last, velocity, out, acceleration, normals, free, row, air_velocity, decay, gain,
-    strength, bounds, air,
+    first, last, position, velocity, out, acceleration, free, edge_factors, row, air_velocity,
+    decay, gain, strength, bounds, air,
 ):  # fmt: skip
-    """Kick; return the work of the air on the particles that it accelerates, J/kg."""
+    """Kick; return the work of the air on what it accelerates, J per kg of a cell."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
-    half = velocity.dtype.type(0.5)
+    quarter = velocity.dtype.type(0.25)
     work = zero
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
@@ -93,28 +85,17 @@ def _kick(  # type: ignore[no-untyped-def]
         y = decay * v + gain * acceleration[1, i]
         z = decay * w + gain * acceleration[2, i]
         if air:
-            # Velocities relative to the air, before and after the kick.
-            x, y, z = x - air_velocity[0], y - air_velocity[1], z - air_velocity[2]
-            p, q, r = apply_air_drag(
-                matrix(normals, i, row, zero),
-                u - air_velocity[0],
-                v - air_velocity[1],
-                w - air_velocity[2],
-                x,
-                y,
-                z,
-                strength,
-                bounds[2],
-                bounds[1],
-                unit,
-            )
+            share = edge_factors[0, i] * edge_factors[1, i]
+            p, q, r = air_velocity
+            normal, change, mean = air_impulse(
+                area_vector(position, i, row, quarter, bounds[0]),
+                u - p, v - q, w - r, x - p, y - q, z - r,
+                share * strength, bounds[1], bounds[2], unit,
+            )  # fmt: skip
             # Air at rest does no work: the error of a long step must not count as some.
-            relative = p * p + q * q + r * r - x * x - y * y - z * z
-            along = (
-                air_velocity[0] * (p - x) + air_velocity[1] * (q - y) + air_velocity[2] * (r - z)
-            )
-            work += free[i] * max(along + half * min(relative, zero), zero)
-            x, y, z = air_velocity[0] + p, air_velocity[1] + q, air_velocity[2] + r
+            along = change * (p * normal[0] + q * normal[1] + r * normal[2])
+            work += free[i] / share * max(along + min(change * mean, zero), zero)
+            x, y, z = x + change * normal[0], y + change * normal[1], z + change * normal[2]
         out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
     return work
 
@@ -146,7 +127,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, midpoint, acceleration, normals, free, springs, air_velocity, bounds, work,
+        velocity, midpoint, acceleration, free, edge_factors, springs, air_velocity, bounds, work,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -167,7 +148,7 @@ def compose(
                 elif operation == KICK_BY_SPRINGS:
                     for i in range(first, last):
                         x, y, z = spring_acceleration(
-                            position, velocity, i, row, springs, dashpots,
+                            position, velocity, i, row, edge_factors, springs, dashpots,
                             structural, shear, bending, False, double,
                         )  # fmt: skip
                         u = free[i] * (decay * velocity[0, i] + gain * x)
@@ -181,25 +162,23 @@ def compose(
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
-                            first, last, position, velocity, acceleration, free, row, springs,
-                            dashpots, structural, shear, bending, damped, double,
+                            first, last, position, velocity, acceleration, free, edge_factors,
+                            row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
-                            first, last, position, midpoint, acceleration, free, row, springs,
-                            dashpots, structural, shear, bending, damped, double,
+                            first, last, position, midpoint, acceleration, free, edge_factors,
+                            row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
-                    elif operation == TRIANGLES and air:
-                        _triangles(first, last, position, normals, row, bounds)
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
-                            first, last, velocity, midpoint, acceleration, normals, free, row,
-                            air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, acceleration, free,
+                            edge_factors, row, air_velocity, decay, gain, strength, bounds, air,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
-                            first, last, velocity, midpoint, acceleration, normals, free, row,
-                            air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, acceleration, free,
+                            edge_factors, row, air_velocity, decay, gain, strength, bounds, air,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
                         _update_and_drift(

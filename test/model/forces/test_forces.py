@@ -7,6 +7,7 @@ from builders import (
     cloth_of,
     crumple,
     examples,
+    momentum,
     only,
     precisions,
     seeds,
@@ -18,9 +19,10 @@ from hypothesis.extra.numpy import arrays
 
 from cloth_ros import Cloth
 from cloth_ros.model.forces.springs import SPRING_TYPES
+from cloth_ros.model.grid import rotation_matrix
 from cloth_ros.model.integrators.integrator import Step
 from cloth_ros.model.integrators.kick_drift import KickDrift
-from cloth_ros.tradeoff.reference_model import acceleration, spring_forces
+from cloth_ros.tradeoff.reference_model import acceleration, spring_forces, tributary_areas
 
 OBLONG = {'sheet__size': [0.7, 1.3], 'springs__damping': 0.3, 'solver__precision': 'double'}
 
@@ -37,8 +39,9 @@ def spring_accelerations(cloth: Cloth) -> np.ndarray:
 def test_each_type_of_springs_alone(name, seed, rows, columns):
     sheet = {**OBLONG, 'sheet__rows': rows, 'sheet__columns': columns}
     cloth = crumple(cloth_of(**{**SPRINGS_ONLY, **sheet, **only(name)}), 0.1, seed, speed=1.0)
-    state, mass = cloth._simulation.state, cloth.scene.sheet.particle_mass
-    expected = spring_forces(cloth.scene, state.world_positions, state.velocities) / mass
+    state = cloth._simulation.state
+    expected = spring_forces(cloth.scene, state.world_positions, state.velocities)
+    expected /= cloth.scene.sheet.cell_mass * tributary_areas(rows, columns)
     limit = 1e-12 * max(np.abs(expected).max(), 1.0)
     np.testing.assert_allclose(spring_accelerations(cloth), expected, rtol=0, atol=limit)
 
@@ -66,7 +69,7 @@ def test_spring_forces_are_bounded_where_particles_coincide(positions):
     cloth = cloth_of(**OBLONG, gravity=(0, 0, 0), pins=[''], sheet__rows=3, sheet__columns=3)
     cloth.positions = positions
     # No spring pulls harder than its stiffness times its rest length or its elongation.
-    bound = 12 * 500.0 * 4.0 / cloth.scene.sheet.particle_mass
+    bound = 12 * 500.0 * 4.0 / cloth.scene.sheet.cell_mass
     assert np.abs(spring_accelerations(cloth)).max() <= bound
     cloth.positions = 0 * positions
     assert not spring_accelerations(cloth).any()
@@ -77,8 +80,25 @@ def test_both_ends_of_a_spring_feel_the_same_force():
     sheet = {'sheet__rows': 2, 'sheet__columns': 11, 'sheet__size': [2.2, 2.4]}
     cloth = cloth_of(**SPRINGS_ONLY, **sheet, springs__structural=1e6)
     cloth.advance(0.3)
-    assert np.abs(cloth.velocities.mean((0, 1))).max() < 0.01  # m/s
+    assert np.abs(momentum(cloth)).max() < 0.01 * cloth.scene.sheet.mass  # kg m/s
     assert cloth.energy() < 0.01  # J
+
+
+@examples(0.2)
+@given(seeds, st.integers(2, 9), st.integers(2, 9))
+def test_even_wind_accelerates_every_particle_of_a_flat_sheet_alike(seed, rows, columns):
+    generator = np.random.default_rng(seed)
+    wind, orientation = generator.normal(0, 3, 3), generator.normal(size=4)
+    sheet = {'sheet__rows': rows, 'sheet__columns': columns, 'sheet__size': [0.7, 1.3]}
+    air = {'wind__air_density': 1.2, 'wind__velocity': wind, 'sheet__orientation': orientation}
+    cloth = cloth_of(**SPRINGS_ONLY, **sheet, **air, solver__precision='double')
+    cloth.advance(seconds := 1e-7)
+    normal = rotation_matrix(cloth.scene.sheet.orientation)[:, 2]
+    force = 0.5 * 1.2 * np.linalg.norm(wind) * (wind @ normal) * normal  # N/m²
+    expected = force * 0.7 * 1.3 / cloth.scene.sheet.mass
+    found = cloth.velocities / seconds
+    np.testing.assert_allclose(found - found[0, 0], 0, atol=1e-7 * np.abs(expected).max())
+    np.testing.assert_allclose(found[0, 0], expected, rtol=1e-4, atol=1e-6)
 
 
 @examples(0.15)
