@@ -91,7 +91,7 @@ def test_even_wind_accelerates_every_particle_of_a_flat_sheet_alike(seed, rows, 
     wind, orientation = generator.normal(0, 3, 3), generator.normal(size=4)
     sheet = {'sheet__rows': rows, 'sheet__columns': columns, 'sheet__size': [0.7, 1.3]}
     air = {'wind__air_density': 1.2, 'wind__velocity': wind, 'sheet__orientation': orientation}
-    cloth = cloth_of(**SPRINGS_ONLY, **sheet, **air, solver__precision='double')
+    cloth = cloth_of(**{**SPRINGS_ONLY, **sheet, **air}, solver__precision='double')
     cloth.advance(seconds := 1e-7)
     normal = rotation_matrix(cloth.scene.sheet.orientation)[:, 2]
     force = 0.5 * 1.2 * np.linalg.norm(wind) * (wind @ normal) * normal  # N/m²
