@@ -35,7 +35,7 @@ def test_the_peak_of_a_cloth_is_at_most_what_is_foreseen_and_not_much_less(preci
 
 LIMITED = """
 import resource
-resource.setrlimit(resource.RLIMIT_AS, (800_000_000, 800_000_000))
+resource.setrlimit(resource.RLIMIT_AS, (700_000_000, 700_000_000))
 from cloth_ros import Cloth, Scene
 scene = Scene(sheet={'rows': 1024, 'columns': 1024}, solver={'precision': 'double'})
 try:
@@ -53,9 +53,9 @@ def test_a_scene_that_needs_more_than_half_of_the_memory_is_refused_before_it_is
         memory.check(scene, needed, 2 * needed - 2)
     assert memory.of_cloth(scene) < needed
     assert needed < memory.of_node(scene.with_parameters({'markers.springs': True}))
-    # In a process that may use 0.8 GB.
+    # In a process that may use 0.7 GB.
     found = run_python(LIMITED)
-    assert 'at most 400, half of the memory' in found.stdout, found.stderr[-500:]
+    assert 'at most 350, half of the memory' in found.stdout, found.stderr[-500:]
     assert 1e8 < memory.available() < 1e14
 
 

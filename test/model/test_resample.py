@@ -29,9 +29,7 @@ def test_a_stretched_sheet_has_the_same_energy_on_every_grid():
         scene = scene_of(sheet__rows=17, sheet__columns=17, springs={'shear': 0.0, 'bending': 0.0})
         cloth = Cloth(resample_scene(scene, factor))
         cloth.positions = cloth.positions * (1.01, 1.0, 1.0)
-        # The border has a row of springs for half the cells; for each cell they are the same.
-        rows = cloth.scene.sheet.rows
-        energies.append(cloth.energy_by_kind().elastic * (rows - 1) / rows)
+        energies.append(cloth.energy_by_kind().elastic)
     np.testing.assert_allclose(energies, energies[0], rtol=1e-4)
 
 

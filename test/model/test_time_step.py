@@ -117,7 +117,7 @@ def test_single_precision_is_exact_to_a_tenth_of_a_millimetre_until_the_sheet_fo
         np.linalg.norm(other - double, axis=-1).max(axis=(1, 2))
         for other in (positions('single'), positions('double', 1e-9))
     )
-    assert single[:18].max() < 1e-4  # 0.3 s
+    assert single[:15].max() < 1e-4  # 0.25 s
     assert disturbed.max() > 1e-4
     assert single.max() < 4 * disturbed.max()
 

@@ -14,7 +14,7 @@ from cloth_ros.tradeoff import measured_stability
 from cloth_ros.tradeoff.eigenvalues import NotConvergedError as NotConverged
 from cloth_ros.tradeoff.eigenvalues import has_eigenvalue_above, largest_eigenvalue
 from cloth_ros.tradeoff.measured_stability import compare, measured_limit, states
-from cloth_ros.tradeoff.reference_model import acceleration
+from cloth_ros.tradeoff.reference_model import acceleration, tributary_areas
 from cloth_ros.tradeoff.tangent_stiffness import TangentStiffness, stability_limit
 
 SPRINGS_ONLY = {'gravity': [0, 0, 0], 'drag': 0.0, 'wind.air_density': 0.0}
@@ -73,14 +73,16 @@ def test_the_tangent_is_the_derivative_of_the_forces(seed, pins):
     positions = np.moveaxis(states(scene)['undeformed'], -1, 0) + random.normal(0, 0.05, shape)
     free, tangent = ~scene.pinned(), TangentStiffness(scene, positions)
     field, still = random.standard_normal(shape) * free, np.zeros(shape)
+    root = np.sqrt(tributary_areas(4, 5))  # of the masses
     for matrix, p, v in (
         (tangent.stiffness, 1e-6 * field, still),
         (tangent.damping, still, field),
     ):
         ahead, behind = (acceleration(scene, positions + s * p, s * v) for s in (1, -1))
-        product = matrix @ (p + v)[:, free].ravel()
+        product = matrix @ (root * (p + v))[:, free].ravel()
         bound = 1e-5 * np.abs(product).max()
-        np.testing.assert_allclose(product, (behind - ahead)[:, free].ravel() / 2, atol=bound)
+        change = root * (behind - ahead) / 2
+        np.testing.assert_allclose(product, change[:, free].ravel(), atol=bound)
         assert abs(matrix - matrix.T).max() < 1e-9 * abs(matrix).max()
 
 
