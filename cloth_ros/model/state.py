@@ -34,10 +34,10 @@ class State:
         m/s and m/s², shape (3, size); zero for pinned particles and ghosts.
     free
         1 for particles that move, 0 for pinned ones and ghosts, shape (size,).
-    edge_factors
+    mobility
         The reciprocals of a particle's tributary lengths along its row and along its column, in
-        units of the spacing: 2 at an end, otherwise 1; shape (2, size).  Their product is the
-        reciprocal of its mass, in units of the mass of a cell.
+        units of the spacing: 2 at an end, otherwise 1, and 0 for pinned particles and ghosts;
+        shape (2, size).  Their product is the reciprocal of its mass, in units of that of a cell.
 
     """
 
@@ -49,7 +49,7 @@ class State:
     velocity: Array = field(init=False)
     acceleration: Array = field(init=False)
     free: Array = field(init=False)
-    edge_factors: Array = field(init=False)
+    mobility: Array = field(init=False)
 
     def __post_init__(self) -> None:
         """Allocate the arrays, with every particle free, at the origin and at rest."""
@@ -59,11 +59,8 @@ class State:
         self.velocity = self.grid.field(self.dtype)
         self.acceleration = self.grid.field(self.dtype)
         self.free = self.grid.field(self.dtype, components=1)[0]
-        self.grid.interior(self.free)[...] = 1
-        self.edge_factors = self.grid.field(self.dtype, 1.0, components=2)
-        along, across = self.grid.interior(self.edge_factors)
-        along[...] = 1 / tributary_lengths(self.grid.columns)
-        across[...] = 1 / tributary_lengths(self.grid.rows)[:, None]
+        self.mobility = self.grid.field(self.dtype, components=2)
+        self.pin(np.zeros((self.grid.rows, self.grid.columns), bool))
 
     @property
     def world_positions(self) -> Array:
@@ -107,6 +104,9 @@ class State:
     def pin(self, pinned: Array) -> None:
         """Hold the particles where `pinned`, bool, shape (rows, columns), and free the others."""
         self.grid.interior(self.free)[...] = ~pinned
+        along, across = self.grid.interior(self.mobility)
+        along[...] = ~pinned / tributary_lengths(self.grid.columns)
+        across[...] = ~pinned / tributary_lengths(self.grid.rows)[:, None]
         self.velocity *= self.free
         self.acceleration *= self.free
 

@@ -53,13 +53,13 @@ _FASTEST = 1e6
 
 @exact_subroutine
 def _load(  # type: ignore[no-untyped-def]
-    position, velocity, free, edge_factors, particles, h, start, drift, points, velocities,
+    position, velocity, mobility, particles, h, start, drift, points, velocities,
     inverse_masses,
 ):  # fmt: skip
     """Write the particles as they were before the substep, relative to the sphere."""
     for n in range(len(particles)):
         i = particles[n]
-        inverse_masses[n] = free[i] * edge_factors[0, i] * edge_factors[1, i]
+        inverse_masses[n] = mobility[0, i] * mobility[1, i]
         for axis in range(3):
             speed = np.float64(velocity[axis, i])
             points[n, axis] = np.float64(position[axis, i]) - h * speed - start[axis]
@@ -100,7 +100,7 @@ def _store(  # type: ignore[no-untyped-def]
 
 @exact
 def _resolve_substep(  # type: ignore[no-untyped-def]
-    position, velocity, free, edge_factors, particles, triangles, h, start, end, drift, gravity,
+    position, velocity, mobility, particles, triangles, h, start, end, drift, gravity,
     radius, friction, tolerance,
 ):  # fmt: skip
     """
@@ -108,7 +108,7 @@ def _resolve_substep(  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    position, velocity, free, edge_factors
+    position, velocity, mobility
         Flat arrays after the substep, of which the first two are corrected.
     particles, triangles
         From `BroadPhase.find`.
@@ -132,7 +132,7 @@ def _resolve_substep(  # type: ignore[no-untyped-def]
     points, velocities = np.empty((number, 3)), np.empty((number, 3))
     inverse_masses = np.empty(number)
     _load(
-        position, velocity, free, edge_factors, particles, h, start, drift, points, velocities,
+        position, velocity, mobility, particles, h, start, drift, points, velocities,
         inverse_masses,
     )  # fmt: skip
     depth, touched, forced = resolve_contact(
@@ -271,7 +271,7 @@ class SphereCollider:
         if not len(particles):
             return
         self.max_penetration, touched, forced, pinned, work, farthest = _resolve_substep(
-            state.position, state.velocity, state.free, state.edge_factors, particles, triangles,
+            state.position, state.velocity, state.mobility, particles, triangles,
             h, start, end, velocity, self._gravity, self.radius, self._friction, self._tolerance,
         )  # fmt: skip
         if touched:

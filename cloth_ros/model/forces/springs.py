@@ -175,13 +175,14 @@ def _add(a, b):  # type: ignore[no-untyped-def]
 
 @inlined
 def spring_acceleration(  # type: ignore[no-untyped-def]
-    position, velocity, i, row, edge_factors, constants, dashpot, structural, shear, bending,
+    position, velocity, i, row, mobility, constants, dashpot, structural, shear, bending,
     damped, double,
 ):  # fmt: skip
-    """Return the acceleration of particle i by gravity and by all of its springs."""
+    """Return the acceleration of particle i by gravity and by all of its springs; 0 if pinned."""
     x, y, z, k0, k1, k2, t0, t1, t2, t3, t4, t5, ghost, tiny = constants
-    zero = position.dtype.type(0)
-    along = across = diagonal = (zero, zero, zero)
+    zero, one = position.dtype.type(0), position.dtype.type(1)
+    a, b = mobility[0, i], mobility[1, i]
+    along = across = (zero, zero, zero)
     # Written out: a loop over the stencil would keep the loop over particles scalar.
     if structural:
         along = _pair(
@@ -191,17 +192,6 @@ def spring_acceleration(  # type: ignore[no-untyped-def]
         across = _pair(
             position, velocity, i, stencil_offset(1, row), k0, t1, dashpot, damped, double, ghost,
             tiny,
-        )  # fmt: skip
-    if shear:
-        diagonal = _add(
-            _pair(
-                position, velocity, i, stencil_offset(2, row), k1, t2, dashpot, damped, double,
-                ghost, tiny,
-            ),
-            _pair(
-                position, velocity, i, stencil_offset(3, row), k1, t3, dashpot, damped, double,
-                ghost, tiny,
-            ),
         )  # fmt: skip
     if bending:
         along = _add(
@@ -218,9 +208,21 @@ def spring_acceleration(  # type: ignore[no-untyped-def]
                 ghost, tiny,
             ),
         )  # fmt: skip
-    a, b = edge_factors[0, i], edge_factors[1, i]
+    if shear:
+        u, v, w = _add(
+            _pair(
+                position, velocity, i, stencil_offset(2, row), k1, t2, dashpot, damped, double,
+                ghost, tiny,
+            ),
+            _pair(
+                position, velocity, i, stencil_offset(3, row), k1, t3, dashpot, damped, double,
+                ghost, tiny,
+            ),
+        )  # fmt: skip
+        along = along[0] + b * u, along[1] + b * v, along[2] + b * w
+    free = min(a, one)
     return (
-        x + a * (along[0] + b * diagonal[0]) + b * across[0],
-        y + a * (along[1] + b * diagonal[1]) + b * across[1],
-        z + a * (along[2] + b * diagonal[2]) + b * across[2],
+        free * x + a * along[0] + b * across[0],
+        free * y + a * along[1] + b * across[1],
+        free * z + a * along[2] + b * across[2],
     )

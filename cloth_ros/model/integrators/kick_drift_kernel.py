@@ -59,20 +59,20 @@ def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h)
 
 @inlined
 def _accelerate(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, free, edge_factors, row, springs, dashpots,
+    first, last, position, velocity, out, mobility, row, springs, dashpots,
     structural, shear, bending, damped, double,
 ):  # fmt: skip
     for i in range(first, last):
         x, y, z = spring_acceleration(
-            position, velocity, i, row, edge_factors, springs, dashpots,
+            position, velocity, i, row, mobility, springs, dashpots,
             structural, shear, bending, damped, double,
         )  # fmt: skip
-        out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
+        out[0, i], out[1, i], out[2, i] = x, y, z
 
 
 @inlined
 def _kick(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, acceleration, free, edge_factors, row, air_velocity,
+    first, last, position, velocity, out, acceleration, mobility, row, air_velocity,
     decay, gain, strength, bounds, air,
 ):  # fmt: skip
     """Kick; return the work of the air on what it accelerates, J per kg of a cell."""
@@ -85,18 +85,19 @@ def _kick(  # type: ignore[no-untyped-def]
         y = decay * v + gain * acceleration[1, i]
         z = decay * w + gain * acceleration[2, i]
         if air:
-            share = edge_factors[0, i] * edge_factors[1, i]
+            inverse_mass = mobility[0, i] * mobility[1, i]
             p, q, r = air_velocity
             normal, change, mean = air_impulse(
                 area_vector(position, i, row, quarter, bounds[0]),
                 u - p, v - q, w - r, x - p, y - q, z - r,
-                share * strength, bounds[1], bounds[2], unit,
+                inverse_mass * strength, bounds[1], bounds[2], unit,
             )  # fmt: skip
+            change = change * min(inverse_mass, unit)  # 0 if pinned, however it is rounded
             # Air at rest does no work: the error of a long step must not count as some.
             along = change * (p * normal[0] + q * normal[1] + r * normal[2])
-            work += free[i] / share * max(along + min(change * mean, zero), zero)
+            work += unit / max(inverse_mass, unit) * max(along + min(change * mean, zero), zero)
             x, y, z = x + change * normal[0], y + change * normal[1], z + change * normal[2]
-        out[0, i], out[1, i], out[2, i] = free[i] * x, free[i] * y, free[i] * z
+        out[0, i], out[1, i], out[2, i] = x, y, z
     return work
 
 
@@ -127,7 +128,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, midpoint, acceleration, free, edge_factors, springs, air_velocity, bounds, work,
+        velocity, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -148,12 +149,12 @@ def compose(
                 elif operation == KICK_BY_SPRINGS:
                     for i in range(first, last):
                         x, y, z = spring_acceleration(
-                            position, velocity, i, row, edge_factors, springs, dashpots,
+                            position, velocity, i, row, mobility, springs, dashpots,
                             structural, shear, bending, False, double,
                         )  # fmt: skip
-                        u = free[i] * (decay * velocity[0, i] + gain * x)
-                        v = free[i] * (decay * velocity[1, i] + gain * y)
-                        w = free[i] * (decay * velocity[2, i] + gain * z)
+                        u = decay * velocity[0, i] + gain * x
+                        v = decay * velocity[1, i] + gain * y
+                        w = decay * velocity[2, i] + gain * z
                         velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
                         # To the back buffer: neighbours still read the old positions.
                         back_buffer[0, i] = position[0, i] + h * u
@@ -162,23 +163,23 @@ def compose(
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
-                            first, last, position, velocity, acceleration, free, edge_factors,
+                            first, last, position, velocity, acceleration, mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
-                            first, last, position, midpoint, acceleration, free, edge_factors,
+                            first, last, position, midpoint, acceleration, mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
-                            first, last, position, velocity, midpoint, acceleration, free,
-                            edge_factors, row, air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, acceleration, mobility, row,
+                            air_velocity, decay, gain, strength, bounds, air,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
-                            first, last, position, velocity, midpoint, acceleration, free,
-                            edge_factors, row, air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, acceleration, mobility, row,
+                            air_velocity, decay, gain, strength, bounds, air,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
                         _update_and_drift(
