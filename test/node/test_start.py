@@ -45,7 +45,7 @@ def test_help_names_the_topics_of_a_node(start, start_cloth):
 def test_coordinates_that_are_coarser_than_the_tolerance_are_pointed_out_once(start_cloth, probe):
     node = start_cloth(sheet__position='[5.0e5, 0.0, 1.0]')
     assert 'in steps of 0.0312 m, coarser than solver.tolerance (0.001 m)' in node.output
-    assert '--x 500000 --y 0 --z 1 --frame-id world --child-frame-id FRAME_ID' in node.output
+    assert "--x 500000 --y 0 --z 1 --frame-id 'world' --child-frame-id FRAME_ID" in node.output
     particles = probe.collect(PointCloud2, '/cloth/particles')
     probe.spin_until(lambda: len(particles) > 5)
     assert node.output.count('published in single precision') == 1

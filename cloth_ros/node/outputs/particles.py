@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 from sensor_msgs.msg import PointCloud2
 
 from ...messages.particles import ParticlesMessage, coordinate_spacing
+from ...scene.parameter import format_value
 from ..context import Context
 from ..publisher import TolerantPublisher
 
@@ -46,5 +47,6 @@ class ParticlesOutput:
             f'of {spacing:.3g} m, coarser than solver.tolerance ({tolerance:g} m); choose a '
             'frame_id nearer to the cloth, give sheet.position and sphere.position in that frame, '
             'and publish where it is: ros2 run tf2_ros static_transform_publisher '
-            f'--x {x:g} --y {y:g} --z {z:g} --frame-id {scene.frame_id} --child-frame-id FRAME_ID'
+            f'--x {x:g} --y {y:g} --z {z:g} --frame-id {format_value(scene.frame_id)} '
+            '--child-frame-id FRAME_ID'
         )
