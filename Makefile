@@ -10,7 +10,9 @@
 # make fuzz           bad input of every kind; a quarter of an hour
 # make faults         a running node: stops, clocks, subscribers, signals and more
 # make soak           a live node for an hour: memory, rate, warnings; SECONDS=… for another time
-# Each makes the environment in .venv first, once.
+# make clean      remove the environment and all that was built
+# make help       print this list
+# Each but the last two makes the environment in .venv first, once.
 
 SCENE ?= config/gust.yaml
 SECONDS ?= 3600
@@ -27,7 +29,7 @@ ROS := wheels
 endif
 
 .PHONY: run test test-all pictures study bench reliability random-scenes extremes fuzz faults soak \
-    clean
+    clean help
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -82,3 +84,6 @@ $(VENV)/.ready-%: setup.py tools/environment.sh
 clean:
 	rm -rf $(VENV) build install log *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -prune -exec rm -rf {} +
+
+help:
+	@sed -n '/^#/!q; s/^# //p' $(firstword $(MAKEFILE_LIST))

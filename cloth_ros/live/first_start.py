@@ -1,8 +1,8 @@
 """
-First start of a scene whose kernels were never compiled on this machine.
+Start of a cloth: load its kernels from the cache on disk, and compile those that it lacks.
 
-The kernels of motion and of contact are compiled at once, in two child processes.  The cloth is
-held in its initial state until those of motion are there.  Without those of contact it moves as
+Missing kernels of motion and of contact are compiled at once, in two child processes.  The cloth
+is held in its initial state until those of motion are there.  Without those of contact it moves as
 long as no collider can reach it; then it is held too.  A held cloth is published but not
 simulated, and no time is made up afterwards.
 """

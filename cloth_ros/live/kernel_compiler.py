@@ -132,7 +132,7 @@ class KernelCompiler:
             except OSError as error:  # no more processes, or no memory for one
                 self._log.warning(f'no process to compile the kernels of {label}: {error}')
                 return False
-            self._log.info(f'compiling the kernels of {label}; needed once on this machine')
+            self._log.info(f'compiling the kernels of {label}; they are kept on disk')
             try:
                 self._send(child, job)
                 while True:

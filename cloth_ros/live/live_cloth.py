@@ -221,13 +221,13 @@ class LiveCloth:
         if self.paused:
             self._pacing.discard()
             return True
-        self.revision += 1
         cloth, pacing = self._published.cloth, self._pacing
         substep, lost = cloth.substep, pacing.lost
         max_tick = self.scene.solver.max_tick
         count = pacing.due(elapsed, substep, period, max_tick, wall)
         if count == 0:
             return True
+        self.revision += 1
         start = time.perf_counter()
         if self._estimating:
             self._estimator.observe(count * substep)

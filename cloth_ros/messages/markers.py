@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -29,6 +30,13 @@ def deletion(namespaces: Iterable[str], frame_id: str) -> MarkerArray:
     header = Header(frame_id=frame_id)
     markers = [Marker(header=header, ns=name, action=Marker.DELETE) for name in namespaces]
     return MarkerArray(markers=markers)
+
+
+def deletion_of_all(frame_id: str, seconds: int, nanoseconds: int) -> MarkerArray:
+    """Return a message that deletes all markers of its topic, those of other nodes included."""
+    stamp = Time(sec=seconds, nanosec=nanoseconds)
+    marker = Marker(header=Header(stamp=stamp, frame_id=frame_id), action=Marker.DELETEALL)
+    return MarkerArray(markers=[marker])
 
 
 class MarkersMessage:

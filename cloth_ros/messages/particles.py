@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -13,6 +14,11 @@ FIELDS = ('x', 'y', 'z', 'vx', 'vy', 'vz')
 _POINT_STEP = 4 * len(FIELDS)
 # Of bytes that do not occur in UTF-8, so that the name of a frame cannot equal it.
 _PLACEHOLDER = bytes(range(0xF8, 0x100)) * 3
+
+
+def coordinate_spacing(position: ArrayLike) -> float:
+    """Return the distance, m, between neighbouring values of the largest coordinate published."""
+    return float(np.spacing(np.abs(np.asarray(position, np.float32)).max()))
 
 
 class ParticlesMessage:
@@ -47,6 +53,11 @@ class ParticlesMessage:
         offset = self._message.repeat(_PLACEHOLDER, _POINT_STEP, rows * columns)
         self._message.freeze()
         self._points = self._message.view(offset, np.float32, (rows, columns, len(FIELDS)))
+
+    @property
+    def first_position(self) -> NDArray[np.float32]:
+        """Position of the first particle as it was serialised last, m, shape (3,)."""
+        return self._points[0, 0, :3]
 
     def serialise(self, cloth: PublishedCloth, seconds: int, nanoseconds: int) -> bytes:
         """Return the serialised message of the present state of `cloth`, stamped."""

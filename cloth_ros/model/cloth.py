@@ -11,7 +11,7 @@ from ..scene import Scene
 from ..scene.parameter import PARAMETERS, checked_vector, invalid_value_error
 from . import memory
 from .contact.collider import Collider
-from .contact.kinematic_path import MAX_WAYPOINTS
+from .contact.kinematic_path import extend_path
 from .contact.sphere_collider import SphereCollider
 from .energy import Energy, energy, largest_strain
 from .energy_monitor import EnergyMonitor, RollbackCounts
@@ -227,7 +227,8 @@ class Cloth:
         """
         Move a collider to `position`, m, which it reaches at the end of the next advance.
 
-        Positions given one after the other before that are passed in their order, the last 64.
+        Positions given one after the other before that are passed in their order; of more than
+        64, the last one and others that are spread evenly along the path.
 
         Raises
         ------
@@ -235,9 +236,9 @@ class Cloth:
             The position is not finite or too far away, or there is no such collider.
 
         """
-        target = self._collider(name).checked_target(position, self._simulation.state.origin)
-        paths = dict(self._inputs.collider_paths)
-        paths[name] = (*paths.get(name, ())[1 - MAX_WAYPOINTS :], target)
+        collider, paths = self._collider(name), dict(self._inputs.collider_paths)
+        target = collider.checked_target(position, self._simulation.state.origin)
+        paths[name] = extend_path(collider.position, paths.get(name, ()), target)
         self._inputs = replace(self._inputs, collider_paths=paths)
 
     def _collider(self, name: str) -> Collider:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+from rclpy.time_source import CLOCK_TOPIC
+
 from ..interrupt import StopSignal
 from ..live.live_cloth import LiveCloth
 from ..scene import Scene
@@ -57,15 +59,14 @@ class ClothNode(ValidatedClockNode):
         self._inputs = [topic for subscribe in INPUTS for topic in subscribe(context)]
         for create in SERVICES:
             create(context)
-        for kind in ('clock', 'parameters'):
-            self._rejected.register(kind)
+        self._rejected.register(CLOCK_TOPIC)
 
         self._tick_clock = TickClock(self, self._tick)
         self._ticks = TickStatistics()
         self._diagnostics = Diagnostics(context, self._tick_clock, self._ticks)
         self._scene_parameters = SceneParameters(self, scene, queues, self._apply)
         self._safe_service = SafeParameterService(
-            self, self._scene_parameters.check, lambda: self._rejected.count('parameters')
+            self, self._scene_parameters.check, self._rejected.count_request
         )
         timer = self.create_timer(PERIOD, self._report, clock=self._tick_clock.steady)
         watch_for_clock_jumps(timer)
@@ -130,11 +131,13 @@ class ClothNode(ValidatedClockNode):
         )
         if not complete:  # there is no state to publish
             return
-        if self._live.revision != self._revision:
+        moved = self._live.revision != self._revision or tick.jump is not None
+        if moved:
             self._revision = self._live.revision
             self._stamp = max(stamp - int(self._live.pending * 1e9), 0)
         start = time.perf_counter()
-        for output in self._outputs:
+        # Less than half a substep may have passed: that state was published with its stamp.
+        for output in self._outputs if moved or self._live.paused else ():
             output.publish(tick.now, self._stamp)
         self._ticks.end(tick, time.perf_counter() - start)
         self._live.estimate_error(tick.wall)

@@ -30,7 +30,7 @@ def check_rest(arguments: Sequence[str]) -> None:
     """Raise ValueError if there are arguments that are not for ROS."""
     rest = remove_ros_args(list(arguments))
     if rest:
-        remedy = 'give a scene so: cloth_node --ros-args --params-file SCENE'
+        remedy = 'give a scene by --ros-args --params-file SCENE; see cloth_node --help'
         raise invalid_value_error('an argument', rest[0], 'one for ROS, behind --ros-args', remedy)
 
 

@@ -13,8 +13,13 @@ from ..interrupt import StopSignal
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; return the exit code."""
+    """Run the node until SIGINT or SIGTERM, or print its usage; return the exit code."""
     stop = StopSignal(signal.SIGINT, signal.SIGTERM)
+    if {'-h', '--help'} & set(sys.argv[1:] if args is None else args):
+        from .usage import usage
+
+        print(usage(), end='')
+        return 0
     try:
         from .run import run
 

@@ -39,9 +39,14 @@ class TolerantPublisher:
         self._log = context.node.get_logger().get_child(self._name)
 
     @property
+    def subscribers(self) -> int:
+        """Number of subscribers."""
+        return int(self._publisher.get_subscription_count())
+
+    @property
     def wanted(self) -> bool:
         """True if there is a subscriber."""
-        return self._publisher.get_subscription_count() > 0
+        return self.subscribers > 0
 
     def publish(self, message: Any) -> None:
         """Publish a message or its bytes; warn if DDS has no room or time for it."""

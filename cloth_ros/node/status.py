@@ -61,8 +61,7 @@ def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused:
         message = f'unexplained energy: substep batches rolled back, {report.rollbacks.text}'
         return Status(message, warn, factor, logged=True)
     if overdue:
-        why = 'is /clock published?' if clock.simulated else 'the machine is busy'
-        return Status(f'no tick since the last report; {why}', warn, factor)
+        return Status(f'no tick since the last report: {clock.why_overdue}', warn, factor)
     if report.held:
         return Status(f'the cloth is held: {report.held}', warn, factor)
     if ticks.ticks == 0 and factor == 0:

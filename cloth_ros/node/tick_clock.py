@@ -9,11 +9,13 @@ from typing import Any, NamedTuple
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
+from rclpy.time_source import CLOCK_TOPIC
 
 # A step of /clock is a jump if it is longer than this, s, and than this many periods of the ticks.
 _JUMP = 1.0
 _JUMP_PERIODS = 3
 _RECENT = 5  # ticks, from which the usual step of /clock is determined
+_SILENCE = 10**9  # ns of wall-clock time without a message, from which on /clock counts as silent
 
 
 class Tick(NamedTuple):
@@ -67,6 +69,9 @@ class TickClock:
         self._rate = 0.0
         self._timer: Any = None
         self._due = 0  # ns of simulated time, when the next tick is due
+        self._time = 0  # ns, of the last message on /clock
+        # ns by the steady clock, of that message and of the last one with another time.
+        self._message_at = self._moved_at = 0
         self._intervals: deque[float] = deque(maxlen=_RECENT)
 
     def start(self, rate: float) -> bool:
@@ -83,12 +88,13 @@ class TickClock:
         now = clock.now().nanoseconds
         if changed:
             self._clock = clock
-            self._last = now
+            # The time on /clock before the first message may be long past.
+            self._last = 0 if simulated else now
             self._last_steady = self.steady.now().nanoseconds
             self._intervals.clear()
         self._rate = rate
         if simulated:
-            self._due = now + self._period
+            self._due = 0 if changed else now + self._period
         else:
             self._timer = self._node.create_timer(1 / rate, self._call, clock=clock)
         return changed
@@ -97,7 +103,9 @@ class TickClock:
         """Call for a tick if one is due; to be called after each message on /clock."""
         if not self.simulated or self._clock is None:
             return
-        now = self._clock.now().nanoseconds
+        now, self._message_at = self._clock.now().nanoseconds, self.steady.now().nanoseconds
+        if now != self._time:
+            self._time, self._moved_at = now, self._message_at
         if now < self._last:  # set back: the next tick is due after a period
             self._due = min(self._due, now + self._period)
         if now >= self._due:
@@ -139,3 +147,18 @@ class TickClock:
     def overdue(self) -> float:
         """Wall-clock time since the last tick, in periods of the rate."""
         return 1e-9 * (self.steady.now().nanoseconds - self._last_steady) * self._rate
+
+    @property
+    def why_overdue(self) -> str:
+        """Why there is no tick, in words."""
+        if not self.simulated:
+            return 'the machine is busy'
+        topic = self._node.resolve_topic_name(CLOCK_TOPIC)
+        recently = self.steady.now().nanoseconds - _SILENCE
+        if self._moved_at > recently:
+            return f'the time on {topic} passes too slowly'
+        if self._message_at > recently:
+            return f'the time on {topic} stands still at {1e-9 * self._time:.9g} s; is it paused?'
+        if self._node.count_publishers(topic) > 0:
+            return f'{topic} has a publisher, but no valid message comes; is it paused?'
+        return f'nothing publishes {topic}; start what does, or set use_sim_time to false'

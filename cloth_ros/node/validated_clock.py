@@ -40,7 +40,7 @@ class ValidatedClockNode(Node):
             try:
                 check_time(message)
             except ValueError as error:
-                self.reject('clock', error)
+                self.reject(topic, error)
             else:
                 callback(message)
                 self.clock_moved()

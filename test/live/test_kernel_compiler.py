@@ -70,7 +70,7 @@ def test_the_child_process_is_given_its_job_and_its_surroundings(
     # The cache belongs to the path of the sources; Ctrl-C is for the parent alone.
     assert (folder, cache) == (str(ROOT), str(Path('relative').absolute()))
     assert int(session) != os.getsid(0)
-    assert 'compiling the kernels of contact (2 of 3); needed once on this machine' in log.text
+    assert 'compiling the kernels of contact (2 of 3); they are kept on disk' in log.text
     assert 'compiled the kernels of contact (2 of 3) in' in log.text
     assert not here
 

@@ -161,6 +161,14 @@ def test_while_it_is_paused_no_time_passes_and_none_is_made_up(live):
     assert simulated(live) == pytest.approx(4 * TICK)
 
 
+def test_a_tick_of_less_than_half_a_substep_does_not_change_the_state(live):
+    run(live)
+    before = positions(live), live.revision
+    run(live, elapsed=1e-9)
+    assert np.array_equal(positions(live), before[0])
+    assert live.revision == before[1]
+
+
 def test_an_interrupted_tick_leaves_a_state_that_continues(compiler, log):
     live = LiveCloth(SCENE.with_parameters({'solver.substeps': 200}), log)
     calls = itertools.count()

@@ -102,6 +102,12 @@ def running(*ros_arguments: str, **parameters: object) -> Iterator[tuple[Process
             process.end()
 
 
+def _clock_message(nanoseconds: int) -> Clock:
+    message = Clock()
+    message.clock.sec, message.clock.nanosec = divmod(nanoseconds, 10**9)
+    return message
+
+
 class SteppedCloth:
     """
     A node that follows /clock, which only moves when a test says so.
@@ -127,9 +133,11 @@ class SteppedCloth:
     def _clock_messages(self, seconds: float) -> Iterator[Clock]:
         while True:
             self.now += round(1e9 * seconds)
-            message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(self.now, 10**9)
-            yield message
+            yield _clock_message(self.now)
+
+    def send_time(self, seconds: float) -> None:
+        """Publish once that /clock is so many seconds ahead, which need not cause a tick."""
+        self._clock.publish(_clock_message(self.now + round(1e9 * seconds)))
 
     def tick(self, count: int = 1, seconds: float = PERIOD) -> list[np.ndarray]:
         """Move /clock so many times by so many seconds; return the states published."""

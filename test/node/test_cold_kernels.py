@@ -1,4 +1,4 @@
-"""Kernels that were never compiled on the machine, at the start and after a change."""
+"""Kernels that are not in the cache on disk, at the start and after a change."""
 
 import signal
 import subprocess

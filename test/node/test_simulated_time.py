@@ -4,8 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
-from node.conftest import FREE_FALL, durations
-from ros import diagnosis, numbers, stamp
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from node.conftest import FREE_FALL, PERIOD, durations
+from ros import FLOATING, diagnosis, numbers, publish_until, stamp
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import MarkerArray
 
 
@@ -56,7 +61,36 @@ def test_a_clock_that_only_jumps_is_reported(falling):
     np.testing.assert_allclose(falling.tick(seconds=2.0)[0], before, atol=0.01)
 
 
-def test_a_clock_that_stands_still_is_reported(cloth):
-    published = len(cloth.states)
-    cloth.probe.spin_until(lambda: 'is /clock published?' in diagnosis(cloth.probe)['message'])
-    assert len(cloth.states) == published
+def test_a_clock_that_does_not_move_is_explained_and_causes_no_tick(start_cloth, probe):
+    """No publisher, one without messages, and one whose time stands still, as when paused."""
+    start_cloth(use_sim_time='true', rate=1 / PERIOD, **FLOATING)
+    particles: list[PointCloud2] = probe.collect(PointCloud2, '/cloth/particles')
+    reports: list[DiagnosticArray] = probe.collect(DiagnosticArray, '/diagnostics')
+
+    def reported(text: str) -> bool:
+        return bool(reports) and text in reports[-1].status[0].message
+
+    probe.spin_until(lambda: reported('nothing publishes /clock; start what does'))
+    clock = probe.publisher(Clock, '/clock')
+    probe.spin_until(lambda: reported('/clock has a publisher, but no valid message comes'))
+    still = itertools.repeat(Clock(clock=Time(sec=1000)))
+    publish_until(lambda: reported('/clock stands still at 1000 s'), probe, clock, still)
+    for request in (SetBool.Request(data=True), SetBool.Request(data=False)):
+        probe.call(SetBool, '/cloth/pause', request)
+        probe.call(Trigger, '/cloth/reset', Trigger.Request())
+        reports.clear()
+        publish_until(lambda: len(reports) > 1, probe, clock, still)
+    assert [stamp(message) for message in particles] == [1000.0]
+
+
+def test_no_state_is_published_twice_with_one_stamp(falling):
+    """Two ticks less than half a substep apart, on both sides of the end of a period."""
+    first = len(falling.states)
+    for _ in range(5):
+        falling.tick(1, 2 * PERIOD - 1e-4)
+        for _ in range(3):  # subscriptions to /clock are best-effort
+            falling.send_time(2e-4)
+            falling.probe.spin_for(0.02)
+        falling.tick(1, PERIOD + 1e-4)
+    stamps = np.array([stamp(message) for message in falling.states[first:]])
+    assert np.diff(stamps).min() > PERIOD / 2

@@ -1,9 +1,12 @@
 """Parameters at the start of the node, and kernels that cannot be compiled."""
 
+import re
 import sys
+import time
 
-from ros import regular, set_parameters, stamp
+from ros import NODE, SPHERE, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import Marker, MarkerArray
 
 
 def test_qos_can_be_overridden(start_cloth, probe):
@@ -25,6 +28,59 @@ def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
 def test_names_that_no_scene_has_are_pointed_out(start_cloth):
     node = start_cloth(**{'spring.shear': 3.0})
     assert "did you mean 'springs.shear'" in node.output
+
+
+def test_help_names_the_topics_of_a_node(start, start_cloth):
+    announced = start_cloth().output.partition('] [cloth]: publishing ')[2].splitlines()[0]
+    node = start(*NODE, '--help')
+    assert node.stop(0, patience=30.0) == 0
+    assert node.output.startswith('usage: cloth_node [--ros-args --params-file SCENE')
+    words = set(node.output.split())
+    topics = re.findall(r'/[\w/]+', announced)
+    assert len(topics) == 5
+    for topic in topics:
+        assert {topic, topic[1:], topic.replace('/cloth/', '~/')} & words
+
+
+def test_coordinates_that_are_coarser_than_the_tolerance_are_pointed_out_once(start_cloth, probe):
+    node = start_cloth(sheet__position='[5.0e5, 0.0, 1.0]')
+    assert 'in steps of 0.0312 m, coarser than solver.tolerance (0.001 m)' in node.output
+    assert "--x 500000 --y 0 --z 1 --frame-id 'world' --child-frame-id FRAME_ID" in node.output
+    particles = probe.collect(PointCloud2, '/cloth/particles')
+    probe.spin_until(lambda: len(particles) > 5)
+    assert node.output.count('published in single precision') == 1
+    node.stop()
+    node = start_cloth(sheet__position='[8.0e3, 0.0, 1.0]')
+    particles.clear()
+    probe.spin_until(lambda: len(particles) > 5)
+    assert 'published in single precision' not in node.output
+    (result,) = set_parameters(probe, solver__tolerance=1e-4)
+    assert result.successful
+    node.wait_for_output('in steps of 0.000488 m, coarser than solver.tolerance (0.0001 m)')
+
+
+def test_viewers_delete_the_markers_of_a_node_that_another_replaces(start_cloth, probe):
+    """The first message to a viewer deletes all, and the next one shows the present markers."""
+    markers: list[MarkerArray] = []
+    probe.create_subscription(MarkerArray, '/cloth/markers', markers.append, 100)
+    for parameters, count in ((SPHERE, 9), ({'markers__rate': 0.0}, 1), ({}, 9)):
+        began = time.time()
+        node = start_cloth(**parameters)
+
+        def received() -> list[Marker]:
+            """Return the markers of this node, which was started after the others had ended."""
+            return [
+                marker
+                for message in markers
+                for marker in message.markers
+                if stamp(marker) > began  # noqa: B023
+            ]
+
+        probe.spin_until(lambda: len(received()) >= count)  # noqa: B023
+        first, *others = received()
+        assert (first.action, first.ns) == (Marker.DELETEALL, '')
+        assert Marker.DELETEALL not in [each.action for each in others]
+        node.stop()
 
 
 NOT_COMPILED = """

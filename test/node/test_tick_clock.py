@@ -10,6 +10,7 @@ from rclpy.clock_type import ClockType
 from rclpy.parameter import Parameter
 from rclpy.time import Time
 from ros import Probe, free_domain, probing
+from rosgraph_msgs.msg import Clock as ClockMessage
 
 from cloth_ros.live.live_cloth import Report
 from cloth_ros.model.energy_monitor import RollbackCounts
@@ -18,6 +19,16 @@ from cloth_ros.node.tick_clock import Tick, TickClock
 from cloth_ros.node.tick_statistics import TickStatistics
 
 RATE = 50.0  # Hz
+
+
+class SetSteady:
+    """A steady clock whose time is set by the test."""
+
+    def __init__(self, nanoseconds: int) -> None:
+        self.nanoseconds = nanoseconds
+
+    def now(self) -> Time:
+        return Time(nanoseconds=self.nanoseconds, clock_type=ClockType.STEADY_TIME)
 
 
 class SetClock:
@@ -87,6 +98,41 @@ def test_steps_that_are_no_time_of_the_cloth_are_jumps(clock):
     assert [jump and round(jump, 2) for jump in jumps] == [1000.0, None, 1.98, None, -997.0, None]
 
 
+def test_the_reason_for_no_tick_is_what_clock_does(clock, probe):
+    """Without publisher; with one, without messages; and with messages of one or similar times."""
+    steady = clock.clock.steady = SetSteady(clock.clock.steady.now().nanoseconds)
+    assert 'nothing publishes /clock; start what does' in clock.clock.why_overdue
+    publisher = probe.create_publisher(ClockMessage, '/clock', 1)
+    probe.spin_until(lambda: probe.count_publishers('/clock'))
+    assert 'no valid message comes' in clock.clock.why_overdue
+    for n in range(5):
+        steady.nanoseconds += 600_000_000
+        clock.set(1000.0)
+        assert ('stands still at 1000 s' in clock.clock.why_overdue) == (n >= 2)
+    clock.set(1000.0 + 1e-3)
+    assert '/clock passes too slowly' in clock.clock.why_overdue
+    steady.nanoseconds += 2 * 10**9
+    assert 'no valid message comes' in clock.clock.why_overdue
+    probe.destroy_publisher(publisher)
+
+
+def test_a_clock_that_is_selected_while_running_continues_from_its_first_message(clock, probe):
+    """What has passed on it meanwhile was simulated by the wall clock."""
+    clock.set(1000.0)
+    for now in (1000.5, 5.0):
+        probe.set_parameters([Parameter('use_sim_time', value=False)])
+        assert clock.clock.start(RATE)
+        assert clock.clock.why_overdue == 'the machine is busy'
+        assert clock.set(now - 0.1) == []
+        probe.set_parameters([Parameter('use_sim_time', value=True)])
+        assert clock.clock.start(RATE)
+        (tick,) = clock.set(now)
+        assert (tick.elapsed, tick.jump) == (0.0, pytest.approx(now))
+        assert clock.set(now) == []
+        (tick,) = clock.set(now + 0.02)
+        assert (tick.elapsed, tick.jump) == (pytest.approx(0.02), None)
+
+
 def test_statistics_of_ticks_are_of_the_newest_since_the_last_report():
     statistics = TickStatistics()
     for n in range(100_000):
@@ -103,11 +149,11 @@ def test_statistics_of_ticks_are_of_the_newest_since_the_last_report():
     assert statistics.take_report(0.01) == {}
 
 
-def status(*, ticks=60, jumps=0, overdue=0.5, simulated=False, paused=False, factor=1.0, **report):
+def status(*, ticks=60, jumps=0, overdue=0.5, paused=False, factor=1.0, **report):
     """Evaluate a report of the cloth, ticks since the last report, and periods without a tick."""
     values = {'lost': 0.0, 'rollbacks': RollbackCounts(), 'held': '', 'reduction': ''} | report
     statistics = SimpleNamespace(ticks=ticks, jumps=jumps, jump=2.0)
-    clock = SimpleNamespace(overdue=overdue, simulated=simulated)
+    clock = SimpleNamespace(overdue=overdue, why_overdue='/clock stands still')
     return evaluate(Report(factor, **values), statistics, clock, paused=paused)
 
 
@@ -119,10 +165,9 @@ def status(*, ticks=60, jumps=0, overdue=0.5, simulated=False, paused=False, fac
         # Ticks as slow as reports: one may fall before or after a report.
         ({'ticks': 0, 'overdue': 1.9}, 'running in real time', True, 1.0),
         ({'ticks': 0, 'overdue': 0.9, 'factor': 0.0}, 'no tick was due yet', True, 0.0),
-        ({'ticks': 0, 'overdue': 3.0}, 'the machine is busy', False, 0.0),
-        ({'ticks': 0, 'overdue': 3.0, 'simulated': True}, 'is /clock published', False, 0.0),
-        ({'ticks': 3, 'jumps': 3, 'simulated': True}, '/clock moves by 2 s at once', False, 0.0),
-        ({'ticks': 3, 'jumps': 1, 'simulated': True}, 'running in real time', True, 1.0),
+        ({'ticks': 0, 'overdue': 3.0}, 'no tick since the last report: /clock s', False, 0.0),
+        ({'ticks': 3, 'jumps': 3}, '/clock moves by 2 s at once', False, 0.0),
+        ({'ticks': 3, 'jumps': 1}, 'running in real time', True, 1.0),
         ({'lost': 0.2, 'factor': 0.8}, 'slow motion, 0.2 s lost', False, 0.8),
         ({'reduction': 'grid 2 times coarser'}, 'overload: grid 2 times coarser', False, 1.0),
         ({'held': 'kernels are missing'}, 'held: kernels are missing', False, 1.0),

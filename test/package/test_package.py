@@ -2,6 +2,7 @@
 
 import ast
 import re
+import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -72,6 +73,13 @@ def test_paths_in_contributing_exist():
     ]
 
 
+def test_make_help_lists_every_target():
+    listed = subprocess.run(['make', 'help'], cwd=ROOT, text=True, capture_output=True).stdout
+    (targets,) = re.findall(r'\.PHONY: (.*?)\n\n', (ROOT / 'Makefile').read_text(), re.DOTALL)
+    found = re.findall(r'^make ([\w-]+) ', listed, re.MULTILINE)
+    assert sorted(found) == sorted(targets.replace('\\', '').split())
+
+
 def test_the_version_is_the_same_everywhere():
     package = ElementTree.parse(ROOT / 'package.xml').getroot()
     version = package.findtext('version')
@@ -95,7 +103,8 @@ def test_what_is_imported_is_declared():
                 imported |= {alias.name.split('.')[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
                 imported.add(node.module.split('.')[0])
-    outside = imported - set(sys.stdlib_module_names) - {'tf2_ros'}  # optional
+    others = {'cloth_ros', 'tf2_ros'}  # itself; optional
+    outside = imported - set(sys.stdlib_module_names) - others
     assert {keys.get(name, name) for name in outside} <= declared
 
 

@@ -19,7 +19,6 @@ from cloth_ros.tradeoff.main import main as tradeoff
 SET, QOS = '--ros-args -p', 'qos_overrides./cloth/particles.publisher'
 # Each of these was accepted, or failed in another way, once.
 INVALID = f"""
-    --help
     config/gust.yaml
     --ros-args --foo
     {SET} pins:=[]

@@ -12,7 +12,7 @@ from ..inputs import Vector
 
 # Greatest distance, m, of a collider's surface from the sheet that can be commanded.
 _FARTHEST = 1000.0
-# Waypoints in one advance.
+# Waypoints of a collider that are kept for one advance.
 MAX_WAYPOINTS = 64
 
 
@@ -59,6 +59,31 @@ class KinematicPath:
         if self._straight is not None:
             return self._straight
         return (self._point(time + h) - self._point(time)) / h
+
+
+def extend_path(start: Vector, path: Sequence[Vector], target: Vector) -> tuple[Vector, ...]:
+    """
+    Return a path with one more waypoint at its end, thinned evenly to `MAX_WAYPOINTS`.
+
+    Where there are too many, the waypoint is left out that leaves the shortest piece of path
+    between its neighbours.  No piece becomes longer by that than 1/32 of the whole path.
+
+    Parameters
+    ----------
+    start
+        Where the path begins, m; not a waypoint itself.
+    path
+        Waypoints so far, m.
+    target
+        The new one, m; it is always kept.
+
+    """
+    extended = (*path, target)
+    if len(extended) <= MAX_WAYPOINTS:
+        return extended
+    lengths = np.linalg.norm(np.diff((start, *extended), axis=0), axis=1)
+    left_out = int(np.argmin(lengths[:-1] + lengths[1:]))
+    return extended[:left_out] + extended[left_out + 1 :]
 
 
 def checked_target(

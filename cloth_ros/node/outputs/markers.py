@@ -4,14 +4,20 @@ from __future__ import annotations
 
 from visualization_msgs.msg import MarkerArray
 
-from ...messages.markers import MarkersMessage, deletion
+from ...messages.markers import MarkersMessage, deletion, deletion_of_all
 from ...scene import Scene
 from ..context import Context
 from ..publisher import TolerantPublisher
 
 
 class MarkersOutput:
-    """Publish the markers, and delete those that the scene has no longer."""
+    """
+    Publish the markers, and delete those that the scene has no longer.
+
+    A viewer keeps the markers of a node that has ended.  To each subscriber that appears, a
+    message that deletes all is therefore sent first.  The markers follow at once: other
+    subscribers receive it too.
+    """
 
     def __init__(self, context: Context) -> None:
         self._live = context.live
@@ -20,14 +26,19 @@ class MarkersOutput:
         self._scene: Scene | None = None
         self._published: frozenset[str] = frozenset()
         self._last = self._next = 0.0
+        self._subscribers = 0
         self.topic = self._publisher.topic
 
     def publish(self, now: float, stamp: int) -> None:
         """Publish the present state, stamped in ns, if it is time and there is a subscriber."""
-        if not (self._due(now) and self._publisher.wanted):
-            return
         times = divmod(stamp, 1_000_000_000)
-        self._publisher.publish(self._current_message().serialise(self._live, *times))
+        former, self._subscribers = self._subscribers, self._publisher.subscribers
+        if self._subscribers > former:
+            self._next = min(self._next, now)
+            frame_id = self._live.scene.frame_id
+            self._publisher.publish(deletion_of_all(frame_id, *times))
+        if self._due(now) and self._subscribers:
+            self._publisher.publish(self._current_message().serialise(self._live, *times))
 
     def _current_message(self) -> MarkersMessage:
         """Return the message of the present scene."""

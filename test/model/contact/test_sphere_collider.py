@@ -187,6 +187,17 @@ def test_positions_commanded_between_two_advances_are_passed_in_their_order():
     assert np.abs(cloth.positions - still).max() > 0.2
 
 
+def test_many_positions_commanded_between_two_advances_are_passed_from_the_first_on():
+    """Half a circle around the edge of a sheet; its chord leads through the sheet."""
+    cloth = sphere_cloth(0.05, 0, 0, 2.0, **SPRINGS_ONLY, sheet={'rows': 9, 'columns': 9})
+    still = cloth.positions
+    for angle in np.linspace(0, math.pi, 1000):
+        cloth.move_sphere((math.sin(angle), 0.0, 1 + math.cos(angle)))
+    cloth.advance(1 / 60)
+    assert cloth.sphere_position == pytest.approx((0, 0, 0))
+    np.testing.assert_allclose(cloth.positions, still, atol=1e-4)
+
+
 @pytest.mark.parametrize('seconds', [5e-324, 1e-160, 1e-20, 1e-9])
 def test_a_sphere_too_fast_to_be_swept_is_placed_where_it_is_commanded_to(seconds):
     cloth = sphere_cloth(0.1, 0, 0, 2.0, pins=[''])
