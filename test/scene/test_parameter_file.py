@@ -13,7 +13,8 @@ from cloth_ros import Scene
         ('', 'no parameters for the node'),
         ('[', 'not YAML'),
         ('other: {ros__parameters: {rate: 5.0}}', 'no parameters for the node'),
-        ('cloth: {ros__parameters: 3}', 'ros__parameters of cloth is 3'),
+        ('cloth: {ros__parameters: 3}', 'ros__parameters of /cloth is 3'),
+        ('/lab/**: {ros__parameters: {rate: 9}}', '/lab/** is no name of a node that ROS reads'),
         ('"/**": {ros__parameters: {rate: !!python/object/apply:os.getcwd []}}', 'a tag'),
         ('"/**": {ros__parameters: {rat: 60.0}}', "did you mean 'rate'"),
         # These are strings for ROS.
