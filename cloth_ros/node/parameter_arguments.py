@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from io import BufferedWriter
@@ -17,7 +18,13 @@ from types import TracebackType
 from typing import Any
 
 from ..scene import parameter_file
-from ..scene.parameter import DEFAULTS, PARAMETERS, convert, format_value
+from ..scene.parameter import (
+    DEFAULTS,
+    PARAMETERS,
+    convert,
+    format_value,
+    invalid_value_error,
+)
 from ..scene.yaml_text import write
 
 _RULE = re.compile(r'(?P<node>[^:]*:)?(?P<name>[^:]*):=(?P<value>.*)', re.DOTALL)
@@ -106,7 +113,7 @@ class ParameterArguments:
         for file in self._files:
             if any(parameter_file.applies(name, node) for name in file.nodes):
                 continue
-            names = [format_value(name)[1:-1] for name in file.nodes[:_MOST_NAMES]]
+            names = [parameter_file.format_path(name) for name in file.nodes[:_MOST_NAMES]]
             if len(file.nodes) > _MOST_NAMES:
                 names.append('…')
             yield (
@@ -157,7 +164,9 @@ def _rewritten(rule: str) -> str:
     """Return ``name:=value`` in a type that rcl reads; raises ValueError for a wrong value."""
     match = _RULE.fullmatch(rule)
     if match is None:
-        return rule
+        name, _, text = re.sub(r'\s*[:=]+\s*', '=', rule, count=1).partition('=')
+        remedy = shlex.quote(f'{name}:={text or write(DEFAULTS.get(name, 0))}')
+        raise invalid_value_error('the argument of -p', rule, 'NAME:=VALUE', f'write -p {remedy}')
     name, own = match['name'], match['node'] is None
     try:
         value = parameter_file.read_value(name, match['value'])

@@ -10,7 +10,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import yaml
-from yaml.composer import ComposerError
 
 from .parameter import DEFAULTS, PARAMETERS, format_value, invalid_value_error, one_line
 
@@ -25,6 +24,13 @@ _STRING, _NULL = 'tag:yaml.org,2002:str', 'tag:yaml.org,2002:null'
 _PARAMETERS = 'ros__parameters'
 # Names that ROS reads; in `/**` and `/*` each star stands for names.
 _NODE = re.compile(r'/(?:\*\*|(?:\*\*/|(?:[A-Za-z_]\w*/)*)(?:\*|[A-Za-z_]\w*))', re.ASCII)
+
+
+class _NotReadError(ValueError):
+    """There is something in a file that ROS does not read."""
+
+    def __init__(self, problem: str, mark: Any, remedy: str) -> None:
+        super().__init__(f'{problem} in line {mark.line + 1}; {remedy}')
 
 
 class _Loader(yaml.SafeLoader):
@@ -42,9 +48,9 @@ class _Loader(yaml.SafeLoader):
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         mark = event.start_mark
         if isinstance(event, yaml.AliasEvent):
-            raise ComposerError(None, None, 'an alias; write the value out', mark)
+            raise _NotReadError('an alias', mark, 'write the value out')
         if event.tag not in (None, '!', _STRING):
-            raise ComposerError(None, None, 'a tag; leave it out', mark)
+            raise _NotReadError('a tag', mark, 'leave it out')
         return super().compose_node(parent, index)
 
     def construct_number(self, node: Any) -> Any:
@@ -60,8 +66,8 @@ class _Loader(yaml.SafeLoader):
         for key, value in node.value:
             if isinstance(key, yaml.ScalarNode):
                 if key.value in keys:
-                    problem = f'{format_value(key.value)} is given twice; leave one out'
-                    raise ComposerError(None, None, problem, key.start_mark)
+                    problem = f'{format_value(key.value)} is given twice, again'
+                    raise _NotReadError(problem, key.start_mark, 'leave one out')
                 keys.add(key.value)
                 key.tag = _STRING
                 if key.value.rpartition('.')[2] in _names_of_strings():
@@ -143,8 +149,10 @@ def _load(text: bytes | str, *, as_string: bool = False) -> Any:
             return None if node is None else loader.construct_document(node)
         finally:
             loader.dispose()
+    except _NotReadError as error:
+        raise ValueError(str(error)) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = one_line(str(error))
+        reason = one_line(re.sub(r'in "<\w+ string>", ', 'in ', str(error)))
         raise ValueError(f'this is not YAML ({reason}); correct its syntax') from None
 
 
@@ -253,7 +261,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     if len(named) > 1:
         raise ValueError(f'parameters for several cloths, {", ".join(named)}; give each a file')
     if not applied:
-        others = ', '.join(format_value(name) for name, _ in found)
+        others = ', '.join(format_path(name) for name, _ in found)
         raise ValueError(
             f'no parameters for the node {NODE_NAME!r} here, only for {others}; write /** instead'
         )

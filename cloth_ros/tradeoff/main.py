@@ -99,7 +99,7 @@ def _scenes(paths: Sequence[str]) -> dict[str, Scene]:
         try:
             scene = Scene.from_yaml(path)
         except OSError as error:
-            raise ValueError(f'{path}: {error.strerror or error}') from None
+            raise ValueError(f'{path}: {error.strerror or error}; give a scene file') from None
         try:
             check_scene(scene)
         except ValueError as error:
@@ -209,7 +209,9 @@ def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f'--out {arguments.out}: {error.strerror}') from None
+            raise ValueError(
+                f'--out {arguments.out}: {error.strerror}; give a folder to write to'
+            ) from None
         _study(name, scene, arguments, folder, stop)
 
 

@@ -1,6 +1,7 @@
 """Parameter files and parameters on the command line mean the same for the node and the scene."""
 
 import os
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -15,10 +16,11 @@ from rclpy.parameter import Parameter
 from reliability.invalid_values import NAMES, near
 from reliability.scene_files import HEAD, bad_files, damaged_files
 from remedies import follow
-from ros import dumped, free_domain
+from ros import ROOT, dumped, free_domain
 
 from cloth_ros import Scene
 from cloth_ros.model import check_scene
+from cloth_ros.node.command_line import check_rest
 from cloth_ros.node.parameter_arguments import ParameterArguments
 from cloth_ros.node.parameters import coerce_types, declare_scene
 from cloth_ros.node.qos import check_policy
@@ -258,3 +260,20 @@ def test_a_wrong_value_is_reported_with_its_file(path):
 def test_the_remedies_of_qos_overrides_succeed(policy, value):
     name = f'qos_overrides./wind.subscription.{policy}'
     follow({name: value}, lambda values: check_policy(name, values[name]))
+
+
+@pytest.mark.parametrize('rule', ['rate=30', 'rate:30', 'rate = 30', 'rate==30'])
+def test_the_remedy_of_a_wrong_assignment_succeeds(rule):
+    with pytest.raises(ValueError, match=r"must be NAME:=VALUE; write -p '?rate") as refusal:
+        start('-p', rule)
+    assert start(*shlex.split(str(refusal.value).partition('; write ')[2])).rate == 30.0
+
+
+def test_the_remedy_of_a_scene_without_a_flag_succeeds(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    with pytest.raises(ValueError, match='give a scene so: ') as refusal:
+        check_rest(['config/gust.yaml'])
+    command, *arguments = shlex.split(str(refusal.value).partition('so: ')[2])
+    assert command == 'cloth_node'
+    check_rest(arguments)
+    assert start(*arguments[1:]) == Scene.from_yaml('config/gust.yaml')

@@ -1,6 +1,7 @@
 """Parameters of a running node."""
 
 import math
+import shlex
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from ros import diagnosis, parameter_request
 
 from cloth_ros import Scene
 from cloth_ros.model import memory
+from cloth_ros.node.parameter_arguments import ParameterArguments
 from cloth_ros.node.qos import QueueDepths
 from cloth_ros.scene.parameter import PARAMETERS
 
@@ -149,6 +151,9 @@ def test_rejections_name_value_range_and_remedy_and_are_counted(cloth):
         (reason,) = cloth.set(**{name: value})
         for part in parts:
             assert part in reason
+    # What the last one advises: reason ends with the arguments of the node.
+    arguments = shlex.split(reason.partition('start the node with ')[2])
+    assert ParameterArguments(['--ros-args', *arguments]).arguments[1:] == arguments
     twice = [each for x in (1.0, 2.0) for each in parameter_request({'drag': x}).parameters]
     request = SetParametersAtomically.Request(parameters=twice)
     service = '/cloth/set_parameters_atomically'
