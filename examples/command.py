@@ -6,6 +6,7 @@ Command a running cloth: wind, sphere, pause and reset, from any second process.
 """
 
 import argparse
+import re
 import time
 
 import rclpy
@@ -63,6 +64,8 @@ def call(node: Node, kind: type, name: str, request) -> None:
 def main() -> None:
     """Send what the command line says."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    # Python 3.11 takes -1e-1 for an option.
+    parser._negative_number_matcher = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
     xyz = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'Z')}
     parser.add_argument('--wind', **xyz, help='velocity of the air, m/s')
     parser.add_argument('--sphere', **xyz, help='centre to move the sphere to, m')

@@ -17,6 +17,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 import rclpy
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
@@ -262,6 +263,18 @@ def set_parameters(probe: Probe, **values: object) -> list[SetParametersResult]:
     named = {name.replace('__', '.'): value for name, value in values.items()}
     request = parameter_request(named)
     return probe.call(SetParameters, '/cloth/set_parameters', request).results
+
+
+def dumped(values: dict[str, object], node: str = '/cloth') -> str:
+    """Return what `ros2 param dump` writes."""
+    tree: dict = {}
+    for name, value in sorted(values.items()):
+        *groups, last = name.split('.')
+        place = tree
+        for group in groups:
+            place = place.setdefault(group, {})
+        place[last] = value
+    return yaml.dump({node: {'ros__parameters': tree}}, default_flow_style=False)
 
 
 def publish_until(

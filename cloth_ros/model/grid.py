@@ -97,28 +97,25 @@ class Grid:
 
         """
         shape = (self.rows, self.columns, 3)
+        copy = f'change a copy: cloth.{name}.copy()'
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter('ignore')  # masked numbers become NaN; refused below
                 given = np.asarray(value)
         except (TypeError, ValueError, OverflowError):  # lists of unequal lengths, say
-            raise invalid_value_error(
-                name, value, f'an array of shape {shape}', 'correct it'
-            ) from None
+            raise invalid_value_error(name, value, f'an array of shape {shape}', copy) from None
         if given.shape != shape:
-            raise invalid_value_error(
-                f'the shape of {name}', given.shape, str(shape), 'correct it'
-            )
+            raise invalid_value_error(f'the shape of {name}', given.shape, str(shape), copy)
         if given.dtype.kind not in 'fiu':  # not strings and objects, that NumPy would convert
             raise invalid_value_error(
-                f'the type of {name}', str(given.dtype), 'real numbers', 'convert it'
+                f'the type of {name}', str(given.dtype), 'real numbers', copy
             )
         with np.errstate(over='ignore'):  # of numbers that no double holds; refused below
             array = given.astype(float)
         if not np.all(np.abs(array) <= _LARGEST):  # False for NaN
             wrong = float(array[~(np.abs(array) <= _LARGEST)][0])
             raise invalid_value_error(
-                name, wrong, f'finite and at most {_LARGEST:g} everywhere', 'correct it'
+                name, wrong, f'finite and at most {_LARGEST:g} everywhere', copy
             )
         return np.moveaxis(array, -1, 0)
 

@@ -41,7 +41,10 @@ class Inputs:
         paths = self.collider_paths
         if not isinstance(paths, Mapping):
             raise invalid_value_error(
-                'collider_paths', paths, 'a mapping of names to waypoints', 'give one'
+                'collider_paths',
+                paths,
+                'a mapping of names to waypoints',
+                "write {'sphere': [[0.0, 0.0, 1.0]]}",
             )
         checked = {name: _path(f'waypoint of {name}', path) for name, path in paths.items()}
         object.__setattr__(self, 'wind', _vector('wind', self.wind, 'wind.velocity'))
@@ -55,5 +58,5 @@ def _vector(name: str, value: Any, parameter: str) -> Vector:
 
 def _path(name: str, path: object) -> tuple[Vector, ...]:
     if not isinstance(path, (list, tuple)):
-        raise invalid_value_error(name, path, 'a list of positions', 'put it in brackets')
+        raise invalid_value_error(name, path, 'a list of positions', 'write [[0.0, 0.0, 1.0]]')
     return tuple(_vector(name, point, 'sphere.position') for point in path)

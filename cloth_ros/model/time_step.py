@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import invalid_value_error
+from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import stability
 from .integrators import INTEGRATORS, Integrator
 from .integrators.position_verlet import PositionVerlet
@@ -195,15 +195,28 @@ def check_time_step(scene: Scene) -> None:
             name,
             scene.flat()[name],
             f'such that {_MAX_SUBSTEPS:g} substeps a tick are enough (it would take {count:.2g})',
-            'raise it' if name == 'solver.tolerance' else 'lower springs.*, or raise sheet.mass',
+            _fewer_substeps(scene, accuracy=name == 'solver.tolerance'),
         )
     if scene.solver.substeps:
         step = 1 / (scene.rate * scene.solver.substeps)
         if step > stability.SAFETY * limit:
             least = math.ceil(1 / (scene.rate * stability.SAFETY * limit))
+            least += 1 / (scene.rate * least) > stability.SAFETY * limit  # by rounding
             raise invalid_value_error(
                 'solver.substeps',
                 scene.solver.substeps,
                 f'0 or at least {least} for a stable step at {scene.rate:g} Hz',
-                'or soften the springs',
+                'write 0, or soften the springs',
             )
+
+
+def _fewer_substeps(scene: Scene, *, accuracy: bool) -> str:
+    """Return what to write so that a tick of a scene needs fewer substeps: a value that does."""
+    name = 'solver.tolerance' if accuracy else 'sheet.mass'
+    value, most = scene.flat()[name], PARAMETERS[name].bounds[1]
+    while value < most:
+        value = min(float(f'{10 * value:.3g}'), most)
+        changed = scene.with_parameters({name: value})
+        if changed.rate * substep_length(changed) * _MAX_SUBSTEPS >= 1.01:
+            return f'write {value}' if accuracy else f'write {name}: {value}, or lower springs.*'
+    return 'raise it' if accuracy else 'lower springs.*, or raise sheet.mass'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+import shlex
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -14,7 +15,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
-from ..scene.parameter import PARAMETERS, format_value, invalid_value_error, one_line
+from ..scene.parameter import (
+    PARAMETERS,
+    format_value,
+    invalid_value_error,
+    one_line,
+    unknown_parameter_error,
+)
+from ..scene.suggestion import closest_bool
+from ..scene.yaml_text import write
 from .parameters import coerce_types
 
 _LONGEST = 600  # characters of a reason
@@ -88,7 +97,7 @@ class SafeParameterService(ParameterService):
             except ValueError:
                 name, kind = format_value(message.name), message.value.type
                 raise invalid_value_error(
-                    f'the type of {name}', kind, '0 to 9', 'see ParameterType'
+                    f'the type of {name}', kind, '0 to 9', 'see rcl_interfaces/msg/ParameterType'
                 ) from None
         parameters = coerce_types(parameters)
         for name, count in Counter(parameter.name for parameter in parameters).items():
@@ -96,6 +105,8 @@ class SafeParameterService(ParameterService):
                 raise invalid_value_error(
                     f'the number of {format_value(name)}', count, '1', 'give it once'
                 )
+        for parameter in parameters:
+            self._check_own(parameter)
         self._check(parameters)
         for message, parameter in zip(messages, parameters, strict=True):
             if not self._is_fixed(parameter.name):
@@ -104,14 +115,28 @@ class SafeParameterService(ParameterService):
             # A file that was dumped from a node contains the fixed ones as well.
             now = self._owner.get_parameter(parameter.name).value
             if _comparable(parameter.value) != _comparable(now):
+                rule = f'{parameter.name}:={write(_comparable(parameter.value))}'
                 raise invalid_value_error(
                     parameter.name,
                     parameter.value,
                     f'{format_value(now)}, as the node was started',
-                    'start the node with it',
+                    f'start the node with -p {shlex.quote(rule)}',
                 )
 
+    def _check_own(self, parameter: Parameter) -> None:
+        """Raise ValueError for a name that the node does not have, and for another type."""
+        name, owner = parameter.name, self._owner
+        if name in PARAMETERS:
+            return
+        if not owner.has_parameter(name):
+            own = [known for known in owner.get_parameters_by_prefix('') if known]
+            raise unknown_parameter_error(name, others=own)
+        now = owner.get_parameter(name).value
+        if isinstance(now, bool) and not isinstance(parameter.value, bool):
+            remedy = f'write {write(closest_bool(parameter.value, not now))}'
+            raise invalid_value_error(name, parameter.value, 'true or false', remedy)
+
     def _is_fixed(self, name: str) -> bool:
-        spec = PARAMETERS.get(name)
-        of_a_queue = name.startswith('qos_overrides.') and self._owner.has_parameter(name)
-        return of_a_queue or (spec is not None and spec.fixed)
+        owner = self._owner
+        read_only = owner.has_parameter(name) and owner.describe_parameter(name).read_only
+        return bool(read_only or name.startswith('qos_overrides.'))

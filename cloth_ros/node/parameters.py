@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import array
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -17,7 +17,14 @@ from rclpy.parameter import Parameter
 
 from ..model import check_scene
 from ..scene import Scene
-from ..scene.parameter import PARAMETERS, ParameterSpec, unknown_parameter_error
+from ..scene.parameter import (
+    DEFAULTS,
+    GROUPS,
+    PARAMETERS,
+    ParameterSpec,
+    convert,
+    unknown_parameter_error,
+)
 from ..scene.parameter_file import NODE_PARAMETERS
 from .qos import QueueDepths, check_policy
 
@@ -69,14 +76,12 @@ def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
         check_policy(name, parameter.value)
         if name.split('.')[0] in NODE_PARAMETERS:
             continue
-        if name in PARAMETERS:
+        if name in PARAMETERS or name in GROUPS:
             given[name] = parameter.value
             node.undeclare_parameter(name)
         else:
             # A file for several nodes may contain names of others.
-            node.get_logger().warning(
-                f'ignored: {unknown_parameter_error(name, list(PARAMETERS))}'
-            )
+            node.get_logger().warning(f'ignored: {unknown_parameter_error(name)}')
     scene = Scene.from_parameters(given)
     check_scene(scene)
     queues = QueueDepths.of(node)
@@ -88,24 +93,27 @@ def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
 
 
 def coerce_types(parameters: Iterable[Parameter]) -> list[Parameter]:
-    """Return parameters in the type that is meant, be they whole, real, or an empty list."""
-    flat = Scene().flat()
+    """Return parameters in the types of the scene, where that is what their values mean."""
     result = []
     for parameter in parameters:
-        default, value = flat.get(parameter.name), parameter.value
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        is_list = isinstance(value, (list, bytes, array.array))
-        if isinstance(default, int) and isinstance(value, float) and value.is_integer():
-            parameter = Parameter(parameter.name, Parameter.Type.INTEGER, int(value))
-        elif isinstance(default, float) and whole:
-            parameter = Parameter(parameter.name, Parameter.Type.DOUBLE, float(value))
-        elif isinstance(default, tuple) and isinstance(default[0], str) and is_list and not value:
-            parameter = Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])
-        elif isinstance(default, tuple) and parameter.type_ == Parameter.Type.INTEGER_ARRAY:
-            numbers = [float(number) for number in value]
-            parameter = Parameter(parameter.name, Parameter.Type.DOUBLE_ARRAY, numbers)
+        name = parameter.name
+        if name in PARAMETERS:
+            # What is not valid is rejected later, with this reason.
+            with suppress(ValueError):
+                value = convert(name, parameter.value, DEFAULTS[name], PARAMETERS[name])
+                items = list(value) if isinstance(value, tuple) else value
+                parameter = Parameter(name, _type(DEFAULTS[name]), items)
         result.append(parameter)
     return result
+
+
+def _type(default: Any) -> Parameter.Type:
+    """Return the type of a parameter with this default."""
+    if isinstance(default, tuple):
+        is_text = isinstance(default[0], str)
+        return Parameter.Type.STRING_ARRAY if is_text else Parameter.Type.DOUBLE_ARRAY
+    kind: Parameter.Type = Parameter.Type.from_parameter_value(default)
+    return kind
 
 
 def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: QueueDepths) -> Scene:

@@ -12,12 +12,14 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from ..model import memory
 from ..scene import Scene
 from ..scene.parameter import ParameterSpec, convert, invalid_value_error
+from ..scene.suggestion import closest_number
 
 # RViz subscribes reliably and with this depth; so does rosbag2 to a reliable publisher.
 DEPTH = 5
+_DEEPEST = 1000
 # Policies of a topic that may be overridden: their default, and what they may be.
 _POLICIES: dict[str, tuple[object, ParameterSpec]] = {
-    'depth': (0, ParameterSpec('', low=0, high=1000)),
+    'depth': (0, ParameterSpec('', low=0, high=_DEEPEST)),
     'history': ('', ParameterSpec('', choices=('keep_last', 'system_default'))),
     'reliability': ('', ParameterSpec('', choices=('reliable', 'best_effort', 'system_default'))),
 }
@@ -38,9 +40,10 @@ def check_policy(name: str, value: object) -> None:
     if not name.startswith('qos_overrides.') or policy not in _POLICIES:
         return
     given = value.lower() if isinstance(value, str) else value
-    if policy == 'depth' and isinstance(value, float):
+    if policy == 'depth' and (isinstance(value, bool) or not isinstance(value, int)):
+        whole = closest_number(value, DEPTH, 0, _DEEPEST)
         raise invalid_value_error(
-            name, value, 'a whole number', 'write it without point and exponent'
+            name, value, 'a whole number without point and exponent', f'write {whole}'
         )
     if policy == 'history' and given == 'keep_all':
         # For a subscriber that hangs the queue would grow without limit, and then block each tick.

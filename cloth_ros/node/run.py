@@ -12,6 +12,7 @@ from ..interrupt import StopSignal
 from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
 from .executor import make_executor
+from .parameter_arguments import ParameterArguments
 
 _POLL = 0.25  # s, from one check for a signal to the next
 
@@ -32,16 +33,24 @@ def run(stop: StopSignal, args: list[str] | None) -> None:
         try:
             unwritable = log_folder.obstacle()
             given = sys.argv[1:] if args is None else args
-            command_line.check_files(given)
-            # Without log files rather than not at all.
-            all_args = [*given, *log_folder.WITHOUT_FILES] if unwritable else given
-            shared_memory.enlarge_shared_memory()
-            rclpy.init(args=all_args, signal_handler_options=SignalHandlerOptions.NO)
-            command_line.check_rest(given)
+            with ParameterArguments(given) as parameters:
+                # Without log files rather than not at all.
+                extra = log_folder.WITHOUT_FILES if unwritable else ()
+                shared_memory.enlarge_shared_memory()
+                rclpy.init(
+                    args=[*parameters.arguments, *extra],
+                    signal_handler_options=SignalHandlerOptions.NO,
+                )
+                command_line.check_rest(parameters.arguments)
             executor = make_executor()
-            node = ClothNode(stop)
+            try:
+                node = ClothNode(stop)
+            except ValueError as error:
+                raise ValueError(parameters.located(error)) from None
             if unwritable:
                 node.get_logger().warning(f'no log file: {unwritable}; set ROS_LOG_DIR')
+            for line in parameters.files_for_others(node.get_fully_qualified_name()):
+                node.get_logger().warning(line)
         except (ValueError, RuntimeError) as error:  # of the scene, of rcl reading its file
             raise SystemExit(command_line.explanation(error)) from None
         executor.add_node(node)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import stat
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
-from yaml.composer import ComposerError
 
-from .parameter import format_value, invalid_value_error, one_line
+from .parameter import DEFAULTS, PARAMETERS, format_value, invalid_value_error, one_line
 
 NODE_NAME = 'cloth'
 # Parameters that every ROS 2 node has; a scene file may set them, the model does not use them.
@@ -20,6 +20,17 @@ NODE_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overri
 
 # Bytes; a scene has a few hundred, and a file of this size takes two seconds to read.
 _LARGEST = 200_000
+_STRING, _NULL = 'tag:yaml.org,2002:str', 'tag:yaml.org,2002:null'
+_PARAMETERS = 'ros__parameters'
+# Names that ROS reads; in `/**` and `/*` each star stands for names.
+_NODE = re.compile(r'/(?:\*\*|(?:\*\*/|(?:[A-Za-z_]\w*/)*)(?:\*|[A-Za-z_]\w*))', re.ASCII)
+
+
+class _NotReadError(ValueError):
+    """There is something in a file that ROS does not read."""
+
+    def __init__(self, problem: str, mark: Any, remedy: str) -> None:
+        super().__init__(f'{problem} in line {mark.line + 1}; {remedy}')
 
 
 class _Loader(yaml.SafeLoader):
@@ -27,17 +38,19 @@ class _Loader(yaml.SafeLoader):
     Loader of the YAML that ROS reads: numbers, strings, booleans, lists and mappings of them.
 
     ROS has neither aliases, a few lines of which can expand to more than any memory holds, nor
-    tags, which name types to construct; and a duplicate key is a mistake.
+    tags, which name types to construct; and a duplicate key is a mistake.  Keys are strings.
     """
+
+    bool_values: ClassVar[dict[str, bool]] = {**yaml.SafeLoader.bool_values, 'y': True, 'n': False}
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """Refuse aliases and tags."""
         event: Any = self.peek_event()  # type: ignore[no-untyped-call]
         mark = event.start_mark
         if isinstance(event, yaml.AliasEvent):
-            raise ComposerError(None, None, 'an alias; write the value out', mark)
-        if event.tag not in (None, '!', 'tag:yaml.org,2002:str'):
-            raise ComposerError(None, None, 'a tag; leave it out', mark)
+            raise _NotReadError('an alias', mark, 'write the value out')
+        if event.tag not in (None, '!', _STRING):
+            raise _NotReadError('a tag', mark, 'leave it out')
         return super().compose_node(parent, index)
 
     def construct_number(self, node: Any) -> Any:
@@ -48,21 +61,38 @@ class _Loader(yaml.SafeLoader):
         return getattr(self, f'construct_yaml_{kind}')(node)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        """Refuse duplicate keys."""
+        """Refuse duplicate keys; what is a string parameter is not read as a number."""
         keys: set[Any] = set()
-        for key, _ in node.value:
+        for key, value in node.value:
             if isinstance(key, yaml.ScalarNode):
                 if key.value in keys:
-                    problem = f'{format_value(key.value)} is given twice'
-                    raise ComposerError(None, None, problem, key.start_mark)
+                    problem = f'{format_value(key.value)} is given twice, again'
+                    raise _NotReadError(problem, key.start_mark, 'leave one out')
                 keys.add(key.value)
+                key.tag = _STRING
+                if key.value.rpartition('.')[2] in _names_of_strings():
+                    _take_as_string(value)
         return super().construct_mapping(node, deep)
 
 
-# As for ROS, 1e-3 is a number, and a date is a string.
+@functools.cache
+def _names_of_strings() -> set[str]:
+    """Return the names, without their groups, of the parameters that are strings."""
+    return {name.rpartition('.')[2] for name, value in DEFAULTS.items() if isinstance(value, str)}
+
+
+def _take_as_string(node: yaml.Node) -> None:
+    if isinstance(node, yaml.ScalarNode) and node.tag != _NULL:
+        node.tag = _STRING
+
+
+# As for ROS, 1e-3 is a number, `y` a boolean, and a date a string.
 _Loader.add_implicit_resolver(
-    'tag:yaml.org,2002:float', re.compile(r'[-+]?\d+(\.\d*)?[eE][-+]?\d+'), list('-+0123456789')
+    'tag:yaml.org,2002:float',
+    re.compile(r'[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$'),
+    list('-+0123456789'),
 )
+_Loader.add_implicit_resolver('tag:yaml.org,2002:bool', re.compile('[yYnN]$'), list('yYnN'))
 for _kind in ('int', 'float'):
     _Loader.add_constructor(f'tag:yaml.org,2002:{_kind}', _Loader.construct_number)
 _Loader.yaml_implicit_resolvers = {
@@ -109,6 +139,97 @@ def format_path(path: object) -> str:
     return name if name and name.isprintable() else format_value(path)
 
 
+def _load(text: bytes | str, *, as_string: bool = False) -> Any:
+    try:
+        loader = _Loader(text)
+        try:
+            node = loader.get_single_node()
+            if as_string and node is not None:
+                _take_as_string(node)
+            return None if node is None else loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except _NotReadError as error:
+        raise ValueError(str(error)) from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        reason = one_line(re.sub(r'in "<\w+ string>", ', 'in ', str(error)))
+        raise ValueError(f'this is not YAML ({reason}); correct its syntax') from None
+
+
+def read_value(name: str, text: str) -> Any:
+    """
+    Return the value of a parameter that is written as on the command line.
+
+    Raises
+    ------
+    ValueError
+        It is not YAML.
+
+    """
+    return _load(text, as_string=isinstance(DEFAULTS.get(name), str))
+
+
+def sections(text: bytes) -> list[tuple[str, dict[str, Any]]]:
+    """
+    Return the names of nodes in a parameter file, and the parameters of each, nested as there.
+
+    A name may be divided: ``lab: {cloth: {ros__parameters: …}}`` is ``/lab/cloth``.
+
+    Raises
+    ------
+    ValueError
+        It is not YAML, or not a ROS parameter file.
+
+    """
+    result = []
+    waiting: list[tuple[str, Any]] = [('', _load(text))]
+    while waiting:
+        name, section = waiting.pop()
+        if not isinstance(section, Mapping):
+            continue
+        if name and _PARAMETERS in section:
+            values = section[_PARAMETERS]
+            if not isinstance(values, Mapping):
+                raise invalid_value_error(
+                    f'{_PARAMETERS} of {name}', values, 'a mapping', 'write rate: 60.0 below it'
+                )
+            result.append((name, dict(values)))
+        inner = [(_joined(name, key), part) for key, part in section.items() if key != _PARAMETERS]
+        waiting += reversed(inner)
+    if not result:
+        raise ValueError(
+            f'no parameters for the node {NODE_NAME!r} here; '
+            f"a ROS parameter file begins with '/**:' and, indented below it, '{_PARAMETERS}:'"
+        )
+    return result
+
+
+def _joined(namespace: str, name: str) -> str:
+    """Return the absolute name of a node or of a namespace in another."""
+    return f'{namespace}/{name.removeprefix("/")}'
+
+
+def is_name(name: str) -> bool:
+    """Return True if ROS reads this name of a section."""
+    return bool(_NODE.fullmatch(name))
+
+
+def applies(name: str, node: str) -> bool:
+    """Return True if a section of this name is for the node of a full name, as rclpy decides."""
+    return bool(is_name(name) and re.fullmatch(name.replace('/*', r'(/\w+)'), node))
+
+
+def flat(values: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return nested parameters by dotted names; a later one replaces an earlier one."""
+    result: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping) and prefix + name not in PARAMETERS:
+            result.update(flat(value, f'{prefix}{name}.'))
+        else:
+            result[prefix + name] = value
+    return result
+
+
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     """
     Return the parameters that a file gives to the node `cloth`, nested as in the file.
@@ -124,33 +245,25 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
         The file cannot be read.
 
     """
-    text = read_limited(path)
-    try:
-        document = yaml.load(text, _Loader)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = one_line(str(error))
-        raise ValueError(f'this is not YAML ({reason}); correct its syntax') from None
     parameters: dict[str, Any] = {}
-    names: set[str] = set()
-    for name, section in document.items() if isinstance(document, Mapping) else ():
-        if not isinstance(section, Mapping) or 'ros__parameters' not in section:
+    applied: set[str] = set()
+    found = sections(read_limited(path))
+    for name, values in found:
+        last = name.rpartition('/')[2]
+        if last not in ('**', '*', NODE_NAME):
             continue
-        if str(name).rsplit('/', 1)[-1] not in ('**', '*', NODE_NAME):
-            continue
-        values = section['ros__parameters']
-        if not isinstance(values, Mapping):
-            raise invalid_value_error(
-                f'ros__parameters of {name}', values, 'a mapping', 'indent what it holds'
-            )
-        names.add(str(name))
+        if not is_name(name):
+            wildcard = '/**' if last == '**' else f'/**/{last}'
+            raise ValueError(f'{name} is no name of a node that ROS reads; write {wildcard}')
+        applied.add(name)
         _merge(parameters, values)
-    named = sorted(name for name in names if not name.endswith('*'))
+    named = sorted(name for name in applied if not name.endswith('*'))
     if len(named) > 1:
         raise ValueError(f'parameters for several cloths, {", ".join(named)}; give each a file')
-    if not names:
+    if not applied:
+        others = ', '.join(format_path(name) for name, _ in found)
         raise ValueError(
-            f'no parameters for the node {NODE_NAME!r} here; '
-            "a ROS parameter file begins with '/**:' and, indented below it, 'ros__parameters:'"
+            f'no parameters for the node {NODE_NAME!r} here, only for {others}; write /** instead'
         )
     for name in list(parameters):
         if name.split('.')[0] in NODE_PARAMETERS:
@@ -158,9 +271,8 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     return parameters
 
 
-def _merge(into: dict[str, Any], values: Mapping[Any, Any]) -> None:
+def _merge(into: dict[str, Any], values: Mapping[str, Any]) -> None:
     for name, value in values.items():
-        name = str(name)
         if isinstance(value, Mapping) and isinstance(into.get(name), dict):
             _merge(into[name], value)
         elif isinstance(value, Mapping):

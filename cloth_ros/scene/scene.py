@@ -16,8 +16,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from . import parameter_file
-from .parameter import ParameterGroup, invalid_value_error, parameter, register
+from .parameter import DEFAULTS, ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
+from .yaml_text import write
 
 Vector = tuple[float, float, float]
 
@@ -28,8 +29,9 @@ INTEGRATOR_NAMES = ('position_verlet',)
 def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
     length = math.hypot(*vector)
     if length < 1e-9:
+        example = write(DEFAULTS[name])
         raise invalid_value_error(
-            name, list(vector), f'a {what} other than zero', 'give its direction'
+            name, list(vector), f'a {what} other than zero', f'write {example}'
         )
     if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
         return vector
@@ -141,19 +143,20 @@ class Gust(ParameterGroup):
         unit = _unit('wind.gust.direction', self.direction, 'vector')
         object.__setattr__(self, 'direction', unit)
         if self.speed[0] > self.speed[1]:
+            swapped = write(self.speed[::-1])
             raise invalid_value_error(
-                'wind.gust.speed', list(self.speed), 'least, then greatest', 'swap them'
+                'wind.gust.speed', list(self.speed), 'least, then greatest', f'write {swapped}'
             )
         if 0 < self.period < 1e-3:
             raise invalid_value_error(
-                'wind.gust.period', self.period, '0 or at least 0.001 s', 'lengthen it'
+                'wind.gust.period', self.period, '0 or at least 0.001 s', 'write 0.001'
             )
         if 0 < self.period < self.duration:
             raise invalid_value_error(
                 'wind.gust.duration',
                 self.duration,
                 f'at most wind.gust.period, {self.period:g} s',
-                'shorten it or lengthen the period',
+                f'write {write(self.period)}, or lengthen the period',
             )
 
 
@@ -193,7 +196,7 @@ class Sphere(ParameterGroup):
         """Refuse spheres that are too small to be resolved."""
         if 0 < self.radius < 1e-4:
             raise invalid_value_error(
-                'sphere.radius', self.radius, '0 or at least 0.0001 m', 'enlarge it'
+                'sphere.radius', self.radius, '0 or at least 0.0001 m', 'write 0.0001'
             )
 
 
@@ -292,7 +295,7 @@ class Scene(ParameterGroup):
         """Return this scene with the parameters of these dotted names changed, and checked."""
         if not isinstance(changes, Mapping):
             raise invalid_value_error(
-                'the change', changes, 'a mapping of names to values', 'give one'
+                'the change', changes, 'a mapping of names to values', "write {'rate': 60.0}"
             )
         whole = tuple(
             f'{name}.'
@@ -303,7 +306,8 @@ class Scene(ParameterGroup):
         return self.from_parameters({**kept, **changes})
 
     def check(self) -> None:
-        """Refuse pins that the sheet does not have."""
+        """Refuse pins that the sheet does not have; leave out those that pin nothing."""
+        object.__setattr__(self, 'pins', tuple(pin for pin in self.pins if pin.strip()))
         self.pinned()
 
     @property

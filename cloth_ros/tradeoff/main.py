@@ -6,24 +6,31 @@ import argparse
 import importlib.util
 import json
 import math
+import re
 import signal
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..interrupt import StopSignal
 from ..scene import Scene
 from ..scene.parameter import checked_vector
 
 _LONGEST = 60.0  # s
+_NEGATIVE = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|-(inf|nan)$')
 # Used by the study only, so not required by the package.
 _LIBRARIES = ('matplotlib', 'scipy', 'tqdm')
 
 
 class _Parser(argparse.ArgumentParser):
-    """Argument parser with error messages of one line."""
+    """Argument parser with error messages of one line, which takes -1e-1 for a number."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        # That of Python 3.11 takes it for an option.
+        self._negative_number_matcher = _NEGATIVE
 
     def error(self, message: str) -> NoReturn:
         """Print the error in one line and exit with code 2."""
@@ -75,7 +82,10 @@ def _parser() -> argparse.ArgumentParser:
 
 def _positive(name: str, value: float) -> float:
     if not 0 < value <= _LONGEST:
-        raise ValueError(f'{name} is {value:g}, but must be above 0 and at most {_LONGEST:g} s')
+        remedy = f'write {_LONGEST if value > _LONGEST else 1.0:g}'
+        raise ValueError(
+            f'{name} is {value:g}, but must be above 0 and at most {_LONGEST:g} s; {remedy}'
+        )
     return value
 
 
@@ -89,7 +99,7 @@ def _scenes(paths: Sequence[str]) -> dict[str, Scene]:
         try:
             scene = Scene.from_yaml(path)
         except OSError as error:
-            raise ValueError(f'{path}: {error.strerror or error}') from None
+            raise ValueError(f'{path}: {error.strerror or error}; give a scene file') from None
         try:
             check_scene(scene)
         except ValueError as error:
@@ -199,7 +209,9 @@ def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ValueError(f'--out {arguments.out}: {error.strerror}') from None
+            raise ValueError(
+                f'--out {arguments.out}: {error.strerror}; give a folder to write to'
+            ) from None
         _study(name, scene, arguments, folder, stop)
 
 

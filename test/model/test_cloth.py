@@ -55,8 +55,10 @@ def test_fields_are_read_only_copies_and_can_be_assigned(name):
     setattr(cloth, name, moved)
     np.testing.assert_allclose(getattr(cloth, name), moved, atol=1e-6)
     for wrong in (np.zeros((7, 6, 3)), np.full((6, 7, 3), np.nan), [[1.0], [1.0, 2.0]]):
-        with pytest.raises(ValueError, match=f'{name} is .*, but must be .*; correct it'):
+        remedy = f'change a copy: cloth.{name}.copy'
+        with pytest.raises(ValueError, match=f'{name} is .*, but must be .*; {remedy}'):
             setattr(cloth, name, wrong)
+    setattr(cloth, name, getattr(cloth, name).copy())
     particles, positions = np.empty((6, 7, 6), np.float32), np.empty((6, 7, 3))
     cloth.write_particles(particles)
     cloth.write_positions(positions)

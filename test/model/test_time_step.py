@@ -24,7 +24,7 @@ from cloth_ros.model.time_step import dissipation_interval, precision_for, round
         ),
         (
             {'springs__structural': 1e8, 'sheet__mass': 1e-9},
-            ['springs.structural is 100000000.0,', '1e+08 substeps a tick', 'raise sheet.mass'],
+            ['springs.structural is 100000000.0,', '1e+08 substeps a tick', 'write sheet.mass: '],
         ),
         ({'springs__damping': 1e6, 'sheet__mass': 1e-9}, ['springs.damping is 1000000.0,']),
     ],

@@ -1,15 +1,18 @@
 """Parameters of a running node."""
 
 import math
+import shlex
 
 import numpy as np
 import pytest
-from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
+from rcl_interfaces.msg import Parameter, ParameterType
+from rcl_interfaces.srv import DescribeParameters, SetParameters, SetParametersAtomically
+from rclpy.parameter import get_parameter_value
 from ros import diagnosis, parameter_request
 
 from cloth_ros import Scene
 from cloth_ros.model import memory
+from cloth_ros.node.parameter_arguments import ParameterArguments
 from cloth_ros.node.qos import QueueDepths
 from cloth_ros.scene.parameter import PARAMETERS
 
@@ -96,7 +99,39 @@ def test_of_several_set_one_by_one_a_rejected_one_leaves_the_others(cloth):
     assert cloth.parameters() == expected
 
 
+AS_TEXT = {
+    'gravity': '[0, 0, -9.81]',
+    'wind.velocity': '[1.5, 0, 0]',
+    'wind.gust.speed': '[1, 2]',
+    'solver.tolerance': '1e-4',
+    'drag': '2',
+    'solver.substeps': '2e2',
+    'pins': '[]',
+    'markers.springs': 'yes',
+    'use_sim_time': 'true',
+    'sheet.size': '[1, 1]',
+}
+
+
+def test_values_as_ros2_param_set_sends_them(cloth):
+    """It sends text for numbers without a point, and for integers beside floats."""
+    for name, text in AS_TEXT.items():
+        message = Parameter(name=name, value=get_parameter_value(text))
+        request = SetParameters.Request(parameters=[message])
+        (result,) = cloth.probe.call(SetParameters, '/cloth/set_parameters', request).results
+        assert result.reason == ''
+    found = cloth.parameters()
+    assert (found['gravity'], found['wind.velocity']) == ([0.0, 0.0, -9.81], [1.5, 0.0, 0.0])
+    assert (found['wind.gust.speed'], found['solver.tolerance']) == ([1.0, 2.0], 1e-4)
+    assert (found['drag'], found['solver.substeps'], found['pins']) == (2.0, 200, [])
+    assert found['markers.springs'] is True
+
+
 REJECTED = [
+    ('spring.shear', 3.0, ["'spring.shear' is not a parameter", "did you mean 'springs.shear'?"]),
+    ('use_sim_tim', True, ["did you mean 'use_sim_time'?"]),
+    ('use_sim_time', 1, ['use_sim_time is 1, but must be true or false; write true']),
+    ('start_type_description_service', False, ['as the node was started; start the node with -p']),
     ('rate', 0.0, ['rate is 0.0', '1 to 1000 Hz', 'nearest']),
     ('rate', 'fast', ["rate is 'fast'", 'a number']),
     ('gravity', [1.0, 2.0], ['gravity is [1.0, 2.0]', '3 numbers']),
@@ -105,7 +140,7 @@ REJECTED = [
     ('solver.method', 'magic', ["'magic'", 'position_verlet']),
     ('wind.gust.speed', [3.0, 1.0], ['wind.gust.speed is']),
     ('wind.gust.seed', 5.5, ['wind.gust.seed is 5.5, but must be a whole number']),
-    ('sheet.rows', 8, ['sheet.rows is 8', '9, as the node was started', 'start the node']),
+    ('sheet.rows', 8, ['is 8', '9, as the node was started', 'with -p sheet.rows:=8']),
     ('sheet.size', [1.0, 3.0], ['sheet.size is [1.0, 3.0]', 'as the node was started']),
 ]
 
@@ -117,6 +152,9 @@ def test_rejections_name_value_range_and_remedy_and_are_counted(cloth):
         (reason,) = cloth.set(**{name: value})
         for part in parts:
             assert part in reason
+    # What the last one advises: reason ends with the arguments of the node.
+    arguments = shlex.split(reason.partition('start the node with ')[2])
+    assert ParameterArguments(['--ros-args', *arguments]).arguments[1:] == arguments
     twice = [each for x in (1.0, 2.0) for each in parameter_request({'drag': x}).parameters]
     request = SetParametersAtomically.Request(parameters=twice)
     service = '/cloth/set_parameters_atomically'

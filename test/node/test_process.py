@@ -109,7 +109,7 @@ def test_it_starts_without_a_home(start):
 def test_the_example_commands_it(start_cloth, start, probe):
     start_cloth(**FLOATING, **SPHERE)
     particles = probe.collect(PointCloud2, '/cloth/particles')
-    example = start(sys.executable, 'examples/command.py', '--wind', '0', '0', '3')
+    example = start(sys.executable, 'examples/command.py', '--wind', '0', '-1e-1', '3')
     assert example.stop(0, patience=30.0) == 0, example.output
     probe.spin_until(lambda: particles and numbers(particles[-1])[..., 5].any())
     example = start(

@@ -4,9 +4,13 @@ import re
 import sys
 import time
 
-from ros import NODE, SPHERE, regular, set_parameters, stamp
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter, parameter_value_to_python
+from ros import NODE, SPHERE, dumped, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
+
+from cloth_ros import Scene
 
 
 def test_qos_can_be_overridden(start_cloth, probe):
@@ -81,6 +85,46 @@ def test_viewers_delete_the_markers_of_a_node_that_another_replaces(start_cloth,
         assert (first.action, first.ns) == (Marker.DELETEALL, '')
         assert Marker.DELETEALL not in [each.action for each in others]
         node.stop()
+
+
+def test_a_state_set_live_is_dumped_and_started_again(start_cloth, probe, tmp_path):
+    first = start_cloth('-p', 'gravity:=[0, 0, -1.5]', sheet__rows=5)
+    assert all(result.successful for result in set_parameters(probe, rate=50, drag='2e-1'))
+    no_pins = Parameter('pins', Parameter.Type.STRING_ARRAY, []).to_parameter_msg()
+    request = SetParameters.Request(parameters=[no_pins])
+    assert probe.call(SetParameters, '/cloth/set_parameters', request).results[0].successful
+
+    def values() -> dict[str, object]:
+        listed = probe.call(ListParameters, '/cloth/list_parameters', ListParameters.Request())
+        names = sorted(listed.result.names)
+        request = GetParameters.Request(names=names)
+        found = probe.call(GetParameters, '/cloth/get_parameters', request).values
+        return dict(zip(names, map(parameter_value_to_python, found), strict=True))
+
+    before = values()
+    assert (before['pins'], before['rate'], before['drag']) == ([], 50.0, 0.2)
+    path = tmp_path / 'dump.yaml'
+    path.write_text(dumped(before))
+    scene = Scene.from_yaml(path)
+    assert (scene.pins, scene.gravity, scene.sheet.rows) == ((), (0.0, 0.0, -1.5), 5)
+    first.end()
+    probe.spin_until(lambda: not probe.count_publishers('/cloth/particles'))
+    second = start_cloth('--params-file', str(path))
+    assert 'ignored' not in second.output
+    assert values() == before | {'pins': ['']}
+
+
+def test_a_file_for_another_node_is_pointed_out_once(start_cloth, tmp_path):
+    path = tmp_path / 'lab.yaml'
+    path.write_text('/lab/cloth: {ros__parameters: {sheet: {rows: 7}}}\n')
+    node = start_cloth('--params-file', str(path))
+    line = f'{path} has parameters for /lab/cloth, but none for this node, /cloth; '
+    node.wait_for_output(line)
+    assert node.output.count(line) == 1
+    assert '32 × 32 particles' in node.output
+    told = start_cloth('--params-file', str(path), '-r', '__ns:=/lab')
+    assert 'none for this node' not in told.output
+    assert '7 × 32 particles' in told.output
 
 
 NOT_COMPILED = """

@@ -21,7 +21,8 @@ SET, QOS = '--ros-args -p', 'qos_overrides./cloth/particles.publisher'
 INVALID = f"""
     config/gust.yaml
     --ros-args --foo
-    {SET} pins:=[]
+    {SET} pins:=[0,0]
+    {SET} sheet:=4
     {SET} pins:={'[' * 2000}
     {SET} {QOS}.depth:=junk
     {SET} {QOS}.depth:={2**63 - 1}

@@ -1,6 +1,7 @@
 """Scenes in ROS parameter files; `reliability/test_fuzz_files.py` has damaged ones."""
 
 import os
+import re
 
 import pytest
 
@@ -13,7 +14,8 @@ from cloth_ros import Scene
         ('', 'no parameters for the node'),
         ('[', 'not YAML'),
         ('other: {ros__parameters: {rate: 5.0}}', 'no parameters for the node'),
-        ('cloth: {ros__parameters: 3}', 'ros__parameters of cloth is 3'),
+        ('cloth: {ros__parameters: 3}', 'ros__parameters of /cloth is 3'),
+        ('/lab/**: {ros__parameters: {rate: 9}}', '/lab/** is no name of a node that ROS reads'),
         ('"/**": {ros__parameters: {rate: !!python/object/apply:os.getcwd []}}', 'a tag'),
         ('"/**": {ros__parameters: {rat: 60.0}}', "did you mean 'rate'"),
         # These are strings for ROS.
@@ -42,3 +44,34 @@ def test_a_file_may_name_the_node_and_set_parameters_of_every_node(tmp_path):
     )
     scene = Scene.from_yaml(path)
     assert (scene.rate, scene.drag, scene.sheet.rows, scene.sheet.columns) == (30.0, 1.0, 4, 6)
+
+
+RATE = '{ros__parameters: {rate: 9}}'
+# A file that is refused, what the error advises, and the file after that.
+REMEDIES = [
+    (
+        f'/**: {RATE[:-2]}, drag: &x 1, sphere.friction: *x}}}}',
+        'an alias in line 1; write the value out',
+        f'/**: {RATE[:-2]}, drag: &x 1, sphere.friction: 1}}}}',
+    ),
+    ('/**: {ros__parameters: {rate: !!int 9}}', 'a tag in line 1; leave it out', f'/**: {RATE}'),
+    (f'/**: {RATE[:-2]},\n rate: 8}}}}', 'again in line 2; leave one out', f'/**: {RATE}'),
+    (f'/**: {RATE[:-1]}', 'correct its syntax', f'/**: {RATE}'),
+    (RATE, "begins with '/**:' and, indented below it, 'ros__parameters:'", f'/**: {RATE}'),
+    (f'talker: {RATE}', 'only for /talker; write /** instead', f'/**: {RATE}'),
+    (f'/lab/**: {RATE}', '; write /**', f'/**: {RATE}'),
+    (f'/*/cloth: {RATE}', '; write /**/cloth', f'/**/cloth: {RATE}'),
+    (f'/a/cloth: {RATE}\nb/cloth: {RATE}', ', /b/cloth; give each a file', f'/a/cloth: {RATE}'),
+    ('cloth: {ros__parameters: }', '; write rate: 60.0 below it', f'cloth: {RATE}'),
+    ('cloth: {ros__parameters: {rates: 9}}', "; did you mean 'rate'?", f'cloth: {RATE}'),
+]
+
+
+@pytest.mark.parametrize(('text', 'remedy', 'remedied'), REMEDIES)
+def test_the_remedies_for_files_succeed(text, remedy, remedied, tmp_path):
+    path = tmp_path / 'scene.yaml'
+    path.write_text(text)
+    with pytest.raises(ValueError, match=f'{re.escape(remedy)}$'):
+        Scene.from_yaml(path)
+    path.write_text(remedied)
+    assert Scene.from_yaml(path).rate == 9.0

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...scene.parameter import checked_vector, invalid_value_error
+from ...scene.yaml_text import write
 from ..grid import Array
 from ..inputs import Vector
 
@@ -112,12 +113,14 @@ def checked_target(
 
     """
     centre = checked_vector(f'{name} position', position, parameter)
-    if float(np.linalg.norm(centre - sheet)) > _FARTHEST + size:
+    distance, most = float(np.linalg.norm(centre - sheet)), _FARTHEST + size
+    if distance > most:
+        nearest = sheet + (centre - sheet) * (most * (1 - 1e-9) / distance)
         raise invalid_value_error(
             f'{name} position',
             centre.tolist(),
             f'within {_FARTHEST:g} m of the sheet',
-            'bring it nearer',
+            f'the nearest allowed value is {write(nearest.tolist())}',
         )
     x, y, z = centre.tolist()
     return (x, y, z)
