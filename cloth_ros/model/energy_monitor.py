@@ -48,7 +48,7 @@ _TOUCHED = 0.1
 # Springs elongated by so many roundings of a position hold an energy that counts as none.
 _ROUNDINGS = 64
 # Energy that rounding in single precision may add per second, J/kg divided by the square of the
-# diagonal in m; see `time_step.MAX_ROUNDING_HEATING_RATE`.
+# diagonal in m; see `precision.MAX_ROUNDING_HEATING_RATE`.
 _SLOW = 0.05
 # Share of the unused budget that is dropped in each batch: energy taken by drag must not return.
 _DROPPED = 0.125

@@ -17,7 +17,7 @@ from ..scene import Scene
 from ..scene.parameter import invalid_value_error
 from .forces.springs import spring_families
 from .grid import Grid
-from .time_step import precision_for
+from .precision import precision_for
 
 # Share of the memory that one scene may take.
 _SHARE = 0.5

@@ -27,11 +27,12 @@ from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
 from .interaction import build_interactions
+from .precision import precision_for
 from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
 from .step_control import StepControl
-from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for, precision_for
+from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 

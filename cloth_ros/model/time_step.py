@@ -1,5 +1,5 @@
 """
-Choice of integrator, precision and substep length of a scene.
+Choice of integrator and substep length of a scene.
 
 A substep is always stable, as accurate as the tolerance asks, shorter where that costs nothing,
 and divided in fast motion.
@@ -8,8 +8,6 @@ and divided in fast motion.
 from __future__ import annotations
 
 import math
-
-import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
@@ -31,12 +29,6 @@ _SHORTEST = 2.5e-4
 # Substeps in a tick: several minutes of wall-clock time on any machine.
 _MAX_SUBSTEPS = 1e8
 
-# Tolerance, m, that single precision is good for.
-_SINGLE = 1e-3
-# Heating by rounding, 1/s, that is accepted in single precision: the share of the energy of a
-# fall by the sheet's own length (or of a speed of that length per second) added per second.
-MAX_ROUNDING_HEATING_RATE = 0.05
-
 # Share of the shortest rest length that the fastest particle may move in a substep, and the
 # finest division of a substep to that end.
 _TRAVEL = 0.2
@@ -48,45 +40,15 @@ CHECK_INTERVAL = 17
 # but in double precision it would.
 _MAX_INTERVAL = 17
 _IMPULSE = 3e-3
-# Share of a velocity that the air, and a dashpot, may then take at once.
+# Share of a velocity that the air, drag, and a dashpot, may then take at once.
 _BY_AIR = 0.1
+_BY_DRAG = 0.05
 _BY_DASHPOTS = 0.5
 
 
 def integrator_for(scene: Scene) -> type[Integrator]:
     """Return the integrator of a scene; `auto` is the best one of every measured scene."""
     return INTEGRATORS.get(scene.solver.method, PositionVerlet)
-
-
-def rounding_heating_rate(scene: Scene) -> float:
-    """
-    Return how fast rounding in single precision heats a cloth, 1/s.
-
-    A position x is rounded by up to δ = ε x / 2 in every substep; the springs then hold an energy
-    of up to λ m δ²/2.  A share of 0.03 of that was measured as heating, on sheets of 16 × 16 to
-    128 × 128 with a stiffness of 10 kN/m to 10 MN/m.  See `MAX_ROUNDING_HEATING_RATE`.
-    """
-    elastic, _ = stability.rate_bounds(scene)
-    length = scene.sheet.diagonal
-    if elastic == 0 or length == 0:
-        return 0.0
-    rounding = 0.5 * float(np.finfo(np.float32).eps) * length
-    power = 0.03 * elastic * rounding**2 / 2 / substep_length(scene)
-    return power / (float(np.linalg.norm(scene.gravity)) * length + length**2)
-
-
-def precision_for(scene: Scene) -> str:
-    """
-    Return `single` or `double`; for `auto` what the tolerance needs.
-
-    Rounding in single precision decides how a cloth folds, and moves it by a millimetre or two
-    in a second (the hanging scene); tolerances below that need double precision.  A cloth that is
-    so stiff and light that rounding would heat it is always simulated in double precision.
-    """
-    precision = scene.solver.precision
-    if precision == 'auto':
-        precision = 'double' if scene.solver.tolerance < _SINGLE else 'single'
-    return 'double' if rounding_heating_rate(scene) > MAX_ROUNDING_HEATING_RATE else precision
 
 
 def substep_length(scene: Scene) -> float:
@@ -163,7 +125,12 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
     if scene.has_air:
         pressure = 0.5 * scene.wind.air_density * scene.wind.drag_coefficient * airspeed
         air = pressure * dx * dy / scene.sheet.cell_mass
-    seconds = min(_IMPULSE, _BY_AIR / max(air, 1e-9), _BY_DASHPOTS / max(viscous, 1e-9))
+    seconds = min(
+        _IMPULSE,
+        _BY_AIR / max(air, 1e-9),
+        _BY_DRAG / max(scene.drag, 1e-9),
+        _BY_DASHPOTS / max(viscous, 1e-9),
+    )
     # False where not finite.
     interval = int(seconds / substep) if seconds < _MAX_INTERVAL * substep else _MAX_INTERVAL
     return max(interval - 1 + interval % 2, 1)

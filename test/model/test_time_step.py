@@ -1,17 +1,17 @@
-"""Choice of the substep and the precision, and scenes that are refused for them."""
+"""Choice of the substep, and scenes that are refused for it."""
 
 import math
 
 import numpy as np
 import pytest
-from builders import ROOT, SPRINGS_ONLY, FixedSteps, cloth_of, examples, scene_of, small_cloth
+from builders import FixedSteps, cloth_of, examples, scene_of, small_cloth
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model import check_scene
 from cloth_ros.model.step_control import AdaptiveStepControl
-from cloth_ros.model.time_step import dissipation_interval, precision_for, rounding_heating_rate
+from cloth_ros.model.time_step import dissipation_interval
 
 
 @pytest.mark.parametrize(
@@ -77,49 +77,6 @@ def test_the_interval_of_dissipation_is_odd_and_bounded(substep, viscous, airspe
     interval = dissipation_interval(Scene(), substep, viscous, airspeed)
     assert interval in range(1, 18, 2)
     assert interval == 1 or (interval * substep * viscous <= 0.5 and interval * substep <= 3e-3)
-
-
-# Precision
-
-
-def test_the_tolerance_decides_the_automatic_precision_and_stiff_cloths_need_double():
-    for precision, tolerance, expected in (
-        ('auto', 1e-3, 'single'),
-        ('auto', 9e-4, 'double'),
-        ('single', 1e-6, 'single'),
-    ):
-        scene = scene_of(solver__precision=precision, solver__tolerance=tolerance)
-        assert precision_for(scene) == expected
-    stiff = scene_of(**SPRINGS_ONLY, springs__structural=1e8, sheet__mass=1e-3)
-    assert rounding_heating_rate(stiff) > 1
-    assert rounding_heating_rate(Scene()) < 1e-5
-    cloth = Cloth(stiff)
-    assert cloth._simulation.state.dtype is np.float64
-    cloth.advance(1e-3)
-    assert cloth.energy() < 1e-9
-
-
-def test_single_precision_is_exact_to_a_tenth_of_a_millimetre_until_the_sheet_folds():
-    """Then a much smaller disturbance separates two runs as far: it decides where folds form."""
-
-    def positions(precision: str, disturbance: float = 0.0) -> np.ndarray:
-        scene = Scene.from_yaml(ROOT / 'config/hanging.yaml')
-        cloth, ticks = Cloth(scene.with_parameters({'solver.precision': precision})), []
-        noise = np.random.default_rng(0).normal(0, 1, cloth.positions.shape)
-        cloth.positions = cloth.positions + disturbance * noise
-        for _ in range(60):
-            cloth.advance(1 / 60)
-            ticks.append(cloth.positions)
-        return np.array(ticks)
-
-    double = positions('double')
-    single, disturbed = (
-        np.linalg.norm(other - double, axis=-1).max(axis=(1, 2))
-        for other in (positions('single'), positions('double', 1e-9))
-    )
-    assert single[:15].max() < 1e-4  # 0.25 s
-    assert disturbed.max() > 1e-4
-    assert single.max() < 4 * disturbed.max()
 
 
 # Step control and observer, which are passed to a cloth

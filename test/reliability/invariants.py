@@ -16,8 +16,8 @@ from reliability.random_scenes import Run
 from cloth_ros import Cloth, Energy, Scene
 from cloth_ros.model.contact.continuous_collision import max_penetration
 from cloth_ros.model.energy_monitor import EnergyMonitor
+from cloth_ros.model.precision import precision_for
 from cloth_ros.model.stability import rate_bounds
-from cloth_ros.model.time_step import precision_for
 
 # Tolerated excess of energy, as a share of the energy that is converted.
 ENERGY = 0.05

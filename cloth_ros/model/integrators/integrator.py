@@ -41,7 +41,7 @@ class Step(NamedTuple):
     drift
         Duration of the drift, s.
     weight
-        Factor of air and dashpots in the kick; 0: they are left out.
+        Factor of air, dashpots and drag in the kick; 0: they are left out.
 
     """
 
