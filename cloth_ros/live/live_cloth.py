@@ -20,6 +20,7 @@ from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
 from ..model.time_step import integrator_for
 from ..scene import Scene
+from ..scene.plausibility import implausible_values
 from .compile_kernels import kinds_of
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
@@ -100,6 +101,8 @@ class LiveCloth:
     def __init__(self, scene: Scene, log: Log) -> None:
         self._log = log
         check_scene(scene)
+        self._implausible: Mapping[str, str] = {}
+        self._warn_of_implausible(scene)
         self._compiler = KernelCompiler(log)
         self._start = FirstStart(scene, self._compiler, log)
         self._published = self._start.initial_cloth()
@@ -164,9 +167,17 @@ class LiveCloth:
 
         However often they change, they take effect once a tick, unless a command comes between.
         """
+        self._warn_of_implausible(scene)
         self._changes.requested = scene
         if self._may_change:
             self._change_scene()
+
+    def _warn_of_implausible(self, scene: Scene) -> None:
+        """Warn once of each value that is almost certainly an error of the unit."""
+        before, self._implausible = self._implausible, implausible_values(scene)
+        for name, text in self._implausible.items():
+            if before.get(name) != text:
+                self._log.warning(f'is this value meant? {text}')
 
     def set_wind(self, velocity: Sequence[float]) -> None:
         """Set the velocity of the air, m/s; raises ValueError."""

@@ -248,6 +248,16 @@ def test_a_scene_that_is_too_slow_says_so_at_the_start_and_when_it_is_set(compil
     assert log.text.count('too slow for real time: ') == 1
 
 
+def test_implausible_values_are_told_once(compiler, log):
+    live = LiveCloth(SCENE.with_parameters({'sheet.mass': 200.0}), log)
+    assert log.text.count('an areal density of 200 kg/m²') == 1
+    live.configure(SCENE.with_parameters({'sheet.mass': 200.0, 'drag': 1.0}))
+    run(live)
+    assert log.text.count('is this value meant?') == 1
+    live.configure(SCENE.with_parameters({'gravity': [0.0, 0.0, -981.0]}))
+    assert log.text.count('is this value meant? gravity is 981 m/s²') == 1
+
+
 def test_an_overload_coarsens_the_grid_and_returns_step_by_step(compiler, log, clock):
     scene = SCENE.with_parameters({'solver.overload': 'coarsen', 'solver.tolerance': 1e-6})
     live = LiveCloth(scene, log)
