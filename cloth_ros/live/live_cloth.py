@@ -357,6 +357,7 @@ class LiveCloth:
     def values(self) -> dict[str, object]:
         """Return measured values by name and unit; takes as long as some substeps."""
         cloth = self._published.cloth
+        strain = cloth.strain()
         return {
             'simulated time [s]': cloth.time,
             'substeps in the last tick': cloth.substeps,
@@ -366,7 +367,9 @@ class LiveCloth:
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
             'energy [J]': cloth.energy(),
-            'largest strain': cloth.largest_strain(),
+            'largest stretch': strain.stretch,
+            'largest shear angle [rad]': strain.shear_angle,
+            'largest fold angle [rad]': strain.fold_angle,
             **self._estimator.report(),
             'sphere radius [m]': cloth.sphere_radius,
             'sphere depth [m]': cloth.sphere_depth,

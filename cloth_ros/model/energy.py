@@ -1,4 +1,4 @@
-"""Energy and strain of a state."""
+"""Energy of a state."""
 
 from __future__ import annotations
 
@@ -70,17 +70,6 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
             for stiffness, rest, lengths in _lengths(positions, scene)
         ),
         gravitational=-mass * float(gravity @ positions.sum(axis=(1, 2))),
-    )
-
-
-def largest_strain(positions: Array, scene: Scene) -> float:
-    """Return the largest |length / rest length − 1| of any spring; 0 without springs."""
-    return max(
-        (
-            float(np.max(np.abs(lengths / rest - 1)))
-            for _, rest, lengths in _lengths(positions, scene)
-        ),
-        default=0.0,
     )
 
 

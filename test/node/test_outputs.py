@@ -69,7 +69,15 @@ def test_diagnostics_describe_the_simulation_each_second(node):
     assert found['name'] == '/cloth: simulation'
     assert 0 < float(found['step [s]']) < float(found['stability limit [s]'])
     assert int(found['substeps in the last tick']) > 10
-    for key in ('energy [J]', 'largest strain', 'error estimate [m]', 'load [share of real time]'):
+    for key in (
+        'energy [J]',
+        'largest stretch',
+        'largest shear angle [rad]',
+        'largest fold angle [rad]',
+        'error estimate [m]',
+        'load [share of real time]',
+        'waited for a processor [s]',
+    ):
         assert math.isfinite(float(found[key]))
     assert found['rejected inputs'] == '0'
 
