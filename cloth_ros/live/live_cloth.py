@@ -363,7 +363,7 @@ class LiveCloth:
             'substeps in the last tick': cloth.substeps,
             'method': integrator_for(cloth.scene).name,
             'tolerance [m]': cloth.scene.solver.tolerance,
-            'step [s]': cloth.substep,
+            'substep [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
             'energy [J]': cloth.energy(),
@@ -372,6 +372,6 @@ class LiveCloth:
             'largest fold angle [rad]': strain.fold_angle,
             **self._estimator.report(),
             'sphere radius [m]': cloth.sphere_radius,
-            'sphere depth [m]': cloth.sphere_depth,
+            'sphere penetration [m]': cloth.sphere_depth,
             **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
         }

@@ -50,5 +50,5 @@ class RejectedInputs:
         """Return how many were rejected, in total and by kind."""
         return {
             'rejected inputs': self._counts.total(),
-            **{f'rejected {kind}': count for kind, count in self._counts.items()},
+            **{f'rejected inputs, {kind}': count for kind, count in self._counts.items()},
         }

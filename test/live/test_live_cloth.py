@@ -204,7 +204,7 @@ def test_the_error_estimate_is_given_all_inputs(compiler, log):
             live.move_collider('sphere', (0.0, y - 0.02 * number, 1.0))
         run(live)
         seen.append(live.values()['error estimate [m]'])
-    assert live.values()['sphere depth [m]'] >= 0
+    assert live.values()['sphere penetration [m]'] >= 0
     assert positions(live)[..., 1].max() > 0.01  # the sheet was touched
     assert max(seen[3:]) < 1e-3  # that of contact
 

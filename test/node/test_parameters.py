@@ -111,7 +111,8 @@ REJECTED = [
 
 
 def test_rejections_name_value_range_and_remedy_and_are_counted(cloth):
-    before, count = cloth.parameters(), int(diagnosis(cloth.probe)['rejected parameters'])
+    key = 'rejected inputs, parameters'
+    before, count = cloth.parameters(), int(diagnosis(cloth.probe)[key])
     for name, value, parts in REJECTED:
         (reason,) = cloth.set(**{name: value})
         for part in parts:
@@ -123,7 +124,7 @@ def test_rejections_name_value_range_and_remedy_and_are_counted(cloth):
     assert "the number of 'drag' is 2, but must be 1; give it once" in result.reason
     assert cloth.parameters() == before
     expected = str(count + len(REJECTED) + 1)
-    cloth.probe.spin_until(lambda: diagnosis(cloth.probe)['rejected parameters'] == expected)
+    cloth.probe.spin_until(lambda: diagnosis(cloth.probe)[key] == expected)
 
 
 @pytest.mark.parametrize('value', [5, True, 2.5, 'x', [1.0], ['0,0'], [True]])

@@ -55,7 +55,7 @@ def checked(node):
 def rejected(node) -> Counter[str]:
     """Return how many inputs the node has refused by its last report."""
     values = node.listener.reports[-1].values
-    return Counter({topic: int(values[f'rejected {topic}']) for topic in KINDS})
+    return Counter({topic: int(values[f'rejected inputs, {topic}']) for topic in KINDS})
 
 
 # Messages
@@ -166,14 +166,14 @@ def clock(node):
 @given(batch=st.lists(TIMES, min_size=60, max_size=90))
 def test_clock_messages(node, clock, batch, outcomes):
     """Messages on /clock: followed, replaced by a newer one, or refused and counted."""
-    before = int(node.listener.reports[-1].values['rejected clock'])
+    before = int(node.listener.reports[-1].values['rejected inputs, clock'])
     for moment in [*batch, Time(sec=-1)]:
         clock.publish(Clock(clock=moment))
         node.listener.spin_for(0.003)  # the node keeps the newest only
     bad = 1 + sum(each.sec < 0 or each.nanosec >= 10**9 for each in batch)
 
     def counted() -> int:
-        return int(node.listener.reports[-1].values['rejected clock']) - before
+        return int(node.listener.reports[-1].values['rejected inputs, clock']) - before
 
     node.listener.spin_until(lambda: counted() > 0)
     assert counted() <= bad
@@ -262,7 +262,7 @@ def test_refused_requests_are_counted_and_the_node_can_be_restored(node):
         return node.listener.call(kind, service, kind.Request(parameters=parameters)).result
 
     def counted(reports: int = 1) -> int:
-        return int(node.listener.next_report(reports).values['rejected parameters'])
+        return int(node.listener.next_report(reports).values['rejected inputs, parameters'])
 
     before, gusts = counted(2), {'wind.gust.period': 2.0, 'wind.gust.duration': 3.0}
     assert 'at most wind.gust.period, 2 s' in set_all(**gusts).reason
