@@ -26,6 +26,17 @@ def _particles(scene: Scene) -> int:
     return scene.sheet.rows * scene.sheet.columns
 
 
+def _unusual(load: float, usual_load: float, division: float) -> str:
+    """Return why the load is higher than without contact and fast motion; empty if neither is."""
+    reasons = []
+    if division > _DIVIDED:
+        reasons.append(f'fast motion divides substeps by {division:.2g}')
+    dear = load / division / usual_load if usual_load > 0 else 1.0
+    if dear > _DEAR:
+        reasons.append(f'contact makes a substep {dear:.2g} times as expensive')
+    return ' and '.join(reasons)
+
+
 class SlowMotion:
     """Explains lost time; the last advice is kept, because it is asked for once a second."""
 
@@ -81,28 +92,18 @@ class SlowMotion:
                 f'the process did not get the processor for {waiting:.2g} s of the '
                 f'{report.wall:.2g} s that the simulation took: other processes had it'
             )
-        if max(load, usual_load) < OVERLOADED:
-            why = waited or 'ticks came late: the process was stopped or was busy otherwise'
-            return f'{why}; the simulation itself takes {100 * load:.0f} % of real time'
         if usual_load >= OVERLOADED:
             text = self.advice(requested, scale * usual_cost)
-        else:
-            text = self._unusual(load, usual_load, division)
-            if helpful := self._kept(requested, scale * report.cost, usual=False):
-                text += f'; one of these makes it real time: {helpful}'
-        return f'{waited}; {text}' if waited else text
-
-    @staticmethod
-    def _unusual(load: float, usual_load: float, division: float) -> str:
-        """Return why the load is higher than without contact and fast motion."""
-        reasons = []
-        if division > _DIVIDED:
-            reasons.append(f'fast motion divides substeps by {division:.2g}')
-        dear = load / division / usual_load if usual_load > 0 else 1.0
-        if dear > _DEAR:
-            reasons.append(f'contact makes a substep {dear:.2g} times as expensive')
-        why = ' and '.join(reasons) or 'a substep is more expensive than at the start'
-        return (
-            f'{why}: the simulation takes {100 * load:.0f} % of real time, instead of '
-            f'{100 * usual_load:.0f} %'
+            return f'{waited}; {text}' if waited else text
+        unusual = _unusual(load, usual_load, division)
+        # Other processes also slow down those that do get a processor.
+        if load < OVERLOADED or (waited and not unusual):
+            why = waited or 'ticks came late: the process was stopped or was busy otherwise'
+            return f'{why}; the simulation itself takes {100 * load:.0f} % of real time'
+        text = (
+            f'{unusual or "a substep is more expensive than at the start"}: the simulation takes '
+            f'{100 * load:.0f} % of real time, instead of {100 * usual_load:.0f} %'
         )
+        if helpful := self._kept(requested, scale * report.cost, usual=False):
+            text += f'; one of these makes it real time: {helpful}'
+        return f'{waited}; {text}' if waited else text

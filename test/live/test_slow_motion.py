@@ -29,6 +29,11 @@ def explain(*, wall, cpu, usual=0.3, division=1.0, requested=SCENE, simulated=SC
             {'wall': 0.4, 'cpu': 0.2},
             ['did not get the processor for 0.2 s of the 0.4 s', 'takes 40 % of real time'],
         ),
+        ({'wall': 0.8, 'cpu': 0.4, 'usual': 0.6}, ['for 0.4 s of the 0.8 s', 'itself takes 80 %']),
+        (
+            {'wall': 0.4, 'cpu': 0.4, 'usual': 0.6},
+            ['a substep is more expensive', 'instead of 60 %'],
+        ),
         ({'wall': 0.2, 'cpu': 0.19}, ['ticks came late', 'takes 38 % of real time']),
         ({'wall': 0.0, 'cpu': 0.0}, ['ticks came late']),
         # Too stiff, whether others run or not.
