@@ -153,8 +153,8 @@ class ErrorEstimator:
         return {
             'error estimate [m]': self.estimate.largest,
             'error estimate, root mean square [m]': self.estimate.rms,
-            'error estimate, over the last [s]': self.estimate.seconds,
-            'error estimate, up to simulated time [s]': self.estimate.time,
+            'error estimate, window [s]': self.estimate.seconds,
+            'error estimate, age [s]': self._cloth.time - self.estimate.time,
         }
 
     def discard(self) -> None:

@@ -20,12 +20,15 @@ from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
 from ..model.time_step import integrator_for
 from ..scene import Scene
+from ..scene.plausibility import implausible_values
 from .compile_kernels import kinds_of
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
 from .kernel_compiler import NICEST, KernelCompiler, Log
+from .overload import OVERLOADED
 from .pacing import Pacing
 from .reconfiguration import Reconfiguration
+from .slow_motion import SlowMotion
 from .solver_summary import solver_summary
 
 # Share of a core for the error estimate; with its bookkeeping it takes 5 %.
@@ -45,7 +48,11 @@ class Report:
     real_time_factor
         Simulated time by time passed.
     lost
-        Time given up because the machine was too slow, s.
+        Time given up, s; 0 if it is too little to notice.
+    cause
+        Why it was given up; empty if none was.
+    waiting
+        Time for which the process did not get the processor while it simulated, s.
     rollbacks
         Batches of substeps that were rolled back.
     held
@@ -57,6 +64,8 @@ class Report:
 
     real_time_factor: float
     lost: float
+    cause: str
+    waiting: float
     rollbacks: RollbackCounts
     held: str
     reduction: str
@@ -92,11 +101,15 @@ class LiveCloth:
     def __init__(self, scene: Scene, log: Log) -> None:
         self._log = log
         check_scene(scene)
+        self._implausible: Mapping[str, str] = {}
+        self._warn_of_implausible(scene)
         self._compiler = KernelCompiler(log)
         self._start = FirstStart(scene, self._compiler, log)
         self._published = self._start.initial_cloth()
         self._changes = Reconfiguration(scene, self._compiler, log)
-        self._pacing = Pacing()
+        self._pacing, self._slow_motion = Pacing(), SlowMotion()
+        self._usual_cost = 0.0
+        self._substeps = 0
         self._estimator = ErrorEstimator(self._published.cloth, make_fine=self._make_fine)
         self._estimating = False
         self._rollbacks = RollbackCounts()
@@ -154,9 +167,17 @@ class LiveCloth:
 
         However often they change, they take effect once a tick, unless a command comes between.
         """
+        self._warn_of_implausible(scene)
         self._changes.requested = scene
         if self._may_change:
             self._change_scene()
+
+    def _warn_of_implausible(self, scene: Scene) -> None:
+        """Warn once of each value that is almost certainly an error of the unit."""
+        before, self._implausible = self._implausible, implausible_values(scene)
+        for name, text in self._implausible.items():
+            if before.get(name) != text:
+                self._log.warning(f'is this value meant? {text}')
 
     def set_wind(self, velocity: Sequence[float]) -> None:
         """Set the velocity of the air, m/s; raises ValueError."""
@@ -228,7 +249,7 @@ class LiveCloth:
         if count == 0:
             return True
         self.revision += 1
-        start = time.perf_counter()
+        start, cpu = time.perf_counter(), time.thread_time()
         if self._estimating:
             self._estimator.observe(count * substep)
         for _ in self._start.advance(cloth, count * substep):
@@ -237,7 +258,9 @@ class LiveCloth:
         if self._start.held:
             pacing.discard()
             return True
-        pacing.done(count, substep, time.perf_counter() - start)
+        wall, cpu = time.perf_counter() - start, time.thread_time() - cpu
+        pacing.done(count, substep, wall, cpu)
+        self._substeps += cloth.substeps
         if pacing.lost > lost:
             self._changes.relax(pacing.cost)
         return True
@@ -256,7 +279,12 @@ class LiveCloth:
     def _begin(self) -> None:
         """Measure the cost of a substep of a new cloth or scene."""
         self.running = True
-        self._pacing.expect(self._published.cloth.time_substep())
+        cloth = self._published.cloth
+        self._usual_cost = cloth.time_substep()
+        self._pacing.expect(self._usual_cost)
+        if not self._changes.reduction and self._usual_cost > OVERLOADED * cloth.substep:
+            text = self._slow_motion.advice(cloth.scene, self._usual_cost)
+            self._log.warning(f'too slow for real time: {text}')
 
     def _change_scene(self) -> None:
         """Make a change that was requested, or that overload requires, once it is ready."""
@@ -300,28 +328,50 @@ class LiveCloth:
         if self._summary_due:
             self._summary_due = False
             self._log.info(self.solver_summary)
-        factor, lost = self._pacing.take_report()
+        pacing = self._pacing.take_report()
         rollbacks = self._published.cloth.rollbacks
         since, self._rollbacks = rollbacks.since(self._rollbacks), replace(rollbacks)
-        if lost == 0:
+        cause = ''
+        if pacing.lost == 0:
             self._changes.recover(self._pacing.cost)
-        return Report(factor, lost, since, self._start.held, self._changes.reduction)
+        else:
+            division = self._substeps / pacing.substeps if pacing.substeps else 1.0
+            cause = self._slow_motion.explain(
+                self._changes.overload.requested,
+                self._published.cloth.scene,
+                self._usual_cost,
+                pacing,
+                division,
+            )
+        self._substeps = 0
+        return Report(
+            real_time_factor=pacing.real_time_factor,
+            lost=pacing.lost,
+            cause=cause,
+            waiting=pacing.wall - pacing.cpu,
+            rollbacks=since,
+            held=self._start.held,
+            reduction=self._changes.reduction,
+        )
 
     def values(self) -> dict[str, object]:
         """Return measured values by name and unit; takes as long as some substeps."""
         cloth = self._published.cloth
+        strain = cloth.strain()
         return {
             'simulated time [s]': cloth.time,
             'substeps in the last tick': cloth.substeps,
             'method': integrator_for(cloth.scene).name,
             'tolerance [m]': cloth.scene.solver.tolerance,
-            'step [s]': cloth.substep,
+            'substep [s]': cloth.substep,
             'stability limit [s]': cloth.stability_limit,
             'load [share of real time]': self._pacing.load(cloth.substep),
             'energy [J]': cloth.energy(),
-            'largest strain': cloth.largest_strain(),
+            'largest stretch': strain.stretch,
+            'largest shear angle [rad]': strain.shear_angle,
+            'largest fold angle [rad]': strain.fold_angle,
             **self._estimator.report(),
             'sphere radius [m]': cloth.sphere_radius,
-            'sphere depth [m]': cloth.sphere_depth,
+            'sphere penetration [m]': cloth.sphere_depth,
             **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
         }

@@ -18,8 +18,8 @@ from ..scene import Scene
 
 # Shares of real time: above the first the cloth is too slow, a coarser level may take up to the
 # second, and a finer level must be predicted to take less than the third to be tried again.
-_OVERLOADED = 0.75
-_RELAXED = 0.65
+OVERLOADED = 0.75
+RELAXED = 0.65
 _RECOVERED = 0.6
 _MAX_TOLERANCE = 1.0  # m
 # Cost of a substep of few particles, s: that of calling the kernel.
@@ -52,7 +52,8 @@ class Level(NamedTuple):
     text: str
 
 
-def _level(scene: Scene, simulated: Scene, spacing: int, text: str) -> Level:
+def level_of(scene: Scene, simulated: Scene, spacing: int, text: str) -> Level:
+    """Return the level of a scene and of what is simulated for it."""
     sheet = simulated.sheet
     return Level(scene, spacing, substep_length(simulated), sheet.rows * sheet.columns, text)
 
@@ -78,7 +79,7 @@ class Overload:
     def _levels(self) -> list[Level]:
         """Levels from fine to coarse, each cheaper than the one before."""
         requested = self.requested
-        levels = [_level(requested, requested, 1, 'as requested')]
+        levels = [level_of(requested, requested, 1, 'as requested')]
         if requested.solver.overload != 'coarsen':
             return levels
         tolerance = requested.solver.tolerance
@@ -90,7 +91,7 @@ class Overload:
                 check_time_step(scene)
             except ValueError:  # it would take more substeps than what was requested
                 continue
-            level = _level(scene, scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
+            level = level_of(scene, scene, 1, f'tolerance relaxed to {1e3 * tolerance:g} mm')
             if level.substep > levels[-1].substep:
                 levels.append(level)
         scene, spacing = levels[-1].scene, 2
@@ -98,7 +99,7 @@ class Overload:
             free = {'solver.substeps': 0, 'solver.tolerance': _MAX_TOLERANCE}
             scene = requested.with_parameters(free)
         while (coarse := resample_scene(scene, 1 / spacing)) is not None:
-            levels.append(_level(scene, coarse, spacing, f'grid {spacing} times coarser'))
+            levels.append(level_of(scene, coarse, spacing, f'grid {spacing} times coarser'))
             spacing *= 2
         return levels
 
@@ -123,9 +124,9 @@ class Overload:
 
         """
         before, now = self.depth, self.level
-        if cost / now.substep > _OVERLOADED:
+        if cost / now.substep > OVERLOADED:
             last = len(self._levels) - 1
-            while self.depth < last and _load(self.level, now, cost) > _RELAXED:
+            while self.depth < last and predicted_load(self.level, now, cost) > RELAXED:
                 self.depth += 1
         return self.depth != before
 
@@ -133,13 +134,13 @@ class Overload:
         """Choose the next finer level if its predicted cost is low enough; see `relax`."""
         if self.depth == 0:
             return False
-        if _load(self._levels[self.depth - 1], self.level, cost) >= _RECOVERED:
+        if predicted_load(self._levels[self.depth - 1], self.level, cost) >= _RECOVERED:
             return False
         self.depth -= 1
         return True
 
 
-def _load(level: Level, now: Level, cost: float) -> float:
+def predicted_load(level: Level, now: Level, cost: float) -> float:
     """Return the predicted share of real time of a level, if a substep now costs `cost`."""
     predicted = cost * level.particles / now.particles
     return max(predicted, min(cost, _CALL)) / level.substep

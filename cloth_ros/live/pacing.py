@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 # Share of a tick that may be spent in the simulation; the rest is for messages and requests.
 _SHARE = 0.8
@@ -12,6 +13,40 @@ _NEWEST = 0.1
 _UNLIKELY = 10
 # Length of time, in ticks, that one tick may always simulate: itself, with its usual lateness.
 _LATE_TICK = 1.5
+# Share of the longest time of a tick that counts as none: clocks and their sums are rounded.
+_ROUNDING = 1e-6
+# Share of the time passed that must be lost to be called slow motion: the real-time factor is
+# reported to as many digits.
+_NOTICEABLE = 1e-3
+
+
+class PacingReport(NamedTuple):
+    """
+    What `Pacing` has measured since the last report.
+
+    Attributes
+    ----------
+    real_time_factor
+        Simulated time by time passed.
+    lost
+        Time given up, s; 0 if it is too little to notice.
+    wall, cpu
+        Wall-clock time that the simulation took, and processor time that it got, s.
+    substeps
+        Number of substeps, before fast motion divides them.
+
+    """
+
+    real_time_factor: float
+    lost: float
+    wall: float
+    cpu: float
+    substeps: int
+
+    @property
+    def cost(self) -> float:
+        """Processor time of a substep, s; 0 if none was simulated."""
+        return self.cpu / self.substeps if self.substeps else 0.0
 
 
 class Pacing:
@@ -40,6 +75,9 @@ class Pacing:
         self._elapsed = 0.0
         self._simulated = 0.0
         self._factor = 0.0
+        self._substep = 0.0
+        self._count = 0
+        self._wall = self._cpu = 0.0
 
     def due(
         self,
@@ -64,11 +102,14 @@ class Pacing:
             Wall-clock time of a tick, s.
 
         """
+        self._substep = substep
         self._elapsed += max(elapsed, 0.0)
         self.pending += max(elapsed, 0.0)
         # At least a tick must be allowed, or the cloth would be slow on any machine.
-        excess = self.pending - max(max_tick, _LATE_TICK * tick)
-        if excess > 0:
+        longest = max(max_tick, _LATE_TICK * tick)
+        excess = self.pending - longest
+        # Less than a substep is the remainder of the tick before, or rounding.
+        if excess > max(substep, _ROUNDING * longest):
             self.lost += excess
             self.pending -= excess
         # Rounded, not cut off: with one substep a tick, jitter must not leave ticks without one.
@@ -78,10 +119,23 @@ class Pacing:
             count = max(int(affordable), 1)
         return count
 
-    def done(self, count: int, substep: float, wall: float) -> None:
-        """Record that `count` substeps of `substep` s were simulated within `wall` s."""
+    def done(self, count: int, substep: float, wall: float, cpu: float) -> None:
+        """
+        Record that substeps were simulated.
+
+        Parameters
+        ----------
+        count, substep
+            Their number, and the length of each, s.
+        wall, cpu
+            Wall-clock time that they took, and processor time that they got, s.
+
+        """
         self.pending -= count * substep
         self._simulated += count * substep
+        self._count += count
+        self._wall += wall
+        self._cpu += min(cpu, wall)  # both clocks have a resolution
         before, self._last = self._last, wall / count
         if self._cost is None:
             self._cost = self._last
@@ -103,16 +157,21 @@ class Pacing:
         """Wall-clock time of a substep, s; 0 if unknown."""
         return self._cost or 0.0
 
-    def take_report(self) -> tuple[float, float]:
+    def take_report(self) -> PacingReport:
         """
-        Return the real-time factor and the time given up, s, since the last report.
+        Return what was measured since the last report.
 
-        If no time has passed, as between two slow ticks, the former factor is returned.
+        If less than a substep has passed, as between two slow ticks, the former real-time factor
+        is returned: a substep simulated ahead must not count as speed.
         """
-        if self._elapsed > 0:
-            self._factor = self._simulated / self._elapsed
-        lost, self.lost, self._elapsed, self._simulated = self.lost, 0.0, 0.0, 0.0
-        return self._factor, lost
+        passed = self._elapsed
+        if passed > 0 and passed >= self._substep * (1 - _ROUNDING):
+            self._factor = self._simulated / passed
+            self._elapsed = self._simulated = 0.0
+        lost = self.lost if self.lost > _NOTICEABLE * passed else 0.0
+        report = PacingReport(self._factor, lost, self._wall, self._cpu, self._count)
+        self.lost, self._wall, self._cpu, self._count = 0.0, 0.0, 0.0, 0
+        return report
 
     def discard(self) -> None:
         """Discard time that is not simulated yet: the cloth is paused, held or was reset."""

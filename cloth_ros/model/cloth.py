@@ -13,13 +13,14 @@ from . import memory
 from .contact.collider import Collider
 from .contact.kinematic_path import extend_path
 from .contact.sphere_collider import SphereCollider
-from .energy import Energy, energy, largest_strain
+from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
 from .inputs import Inputs, Vector
 from .simulation import Simulation, SubstepObserver
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
+from .strain import Strain, strain
 from .time_step import check_time_step, stability_limit
 
 
@@ -348,9 +349,9 @@ class Cloth:
         state = self._simulation.state
         return energy(state.world_positions, state.velocities, self.scene)
 
-    def largest_strain(self) -> float:
-        """Return the largest relative change of length of any spring."""
-        return largest_strain(self._simulation.state.world_positions, self.scene)
+    def strain(self) -> Strain:
+        """Return the largest stretch, shear and folding of the sheet."""
+        return strain(self._simulation.state.world_positions, self.scene.sheet.spacing)
 
     @property
     def work(self) -> float:

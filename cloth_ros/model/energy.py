@@ -1,4 +1,4 @@
-"""Energy and strain of a state."""
+"""Energy of a state."""
 
 from __future__ import annotations
 
@@ -73,17 +73,6 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
             for family, lengths in _lengths(positions, scene)
         ),
         gravitational=-float(gravity @ (masses * positions).sum(axis=(1, 2))),
-    )
-
-
-def largest_strain(positions: Array, scene: Scene) -> float:
-    """Return the largest |length / rest length − 1| of any spring; 0 without springs."""
-    return max(
-        (
-            float(np.max(np.abs(lengths / family.rest_length - 1)))
-            for family, lengths in _lengths(positions, scene)
-        ),
-        default=0.0,
     )
 
 

@@ -42,7 +42,8 @@ class Diagnostics:
     def report(self) -> None:
         """Evaluate what has happened since the last call, and publish it if anyone subscribes."""
         context, live = self._context, self._context.live
-        status = evaluate(live.take_report(), self._ticks, self._clock, paused=live.paused)
+        report = live.take_report()
+        status = evaluate(report, self._ticks, self._clock, paused=live.paused)
         times = self._ticks.take_report(self._clock.period)
         node = context.node
         if status.logged:
@@ -51,6 +52,7 @@ class Diagnostics:
             return
         values = {
             'real-time factor': status.real_time_factor,
+            'waited for a processor [s]': report.waiting,
             **live.values(),
             **times,
             **context.rejected.report(),

@@ -69,8 +69,11 @@ def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused:
     if jumping:
         message = f'/clock moves by {ticks.jump:.4g} s at once: none of it is simulated'
         return Status(message, warn, factor)
-    if report.lost > 0:
-        message = f'overload: slow motion, {report.lost:.3g} s lost since the last report'
+    if report.cause:
+        message = (
+            f'overload: slow motion, {report.lost:.3g} s lost since the last report: '
+            f'{report.cause}'
+        )
         return Status(message, warn, factor, logged=True)
     if report.reduction:
         return Status(f'overload: {report.reduction}', warn, factor)

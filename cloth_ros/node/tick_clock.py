@@ -120,8 +120,9 @@ class TickClock:
         last, self._last = self._last, now
         wall, self._last_steady = 1e-9 * (steady - self._last_steady), steady
         elapsed, jump = 1e-9 * (now - last), None
-        longest = max(_JUMP, _JUMP_PERIODS / self._rate)
-        if self.simulated and (last == 0 or not 0 <= elapsed <= longest):
+        # Compared in nanoseconds: in seconds, three periods may be rounded to more than that.
+        longest = round(1e9 * max(_JUMP, _JUMP_PERIODS / self._rate))
+        if self.simulated and (last == 0 or not 0 <= now - last <= longest):
             elapsed, jump = 0.0, elapsed
         elif elapsed > 0:
             self._intervals.append(elapsed)

@@ -137,7 +137,7 @@ def judge(
     Parameters
     ----------
     entry
-        Record with `largest` and `square` distance from the reference, `energy` and `strain` at
+        Record with `largest` and `square` distance from the reference, `energy` and `stretch` at
         each sample, and `unstable`.
     reference, limit
         Reference solution and the time for which it is valid.
@@ -149,7 +149,7 @@ def judge(
     """
     entry, diagonal = dict(entry), scene.sheet.diagonal
     largest, square = np.array(entry.pop('largest')), np.array(entry.pop('square'))
-    energy, strain = np.array(entry.pop('energy')), np.array(entry.pop('strain'))
+    energy, stretch = np.array(entry.pop('energy')), np.array(entry.pop('stretch'))
     n = limit.samples
     entry['together'] = time_together(largest, times, diagonal)
     entry['error'] = None
@@ -162,7 +162,7 @@ def judge(
         'rms': float(np.sqrt(square[:n].mean())),
         'largest of the sheet': float(largest[:n].max()) / diagonal,
         'rms of the sheet': float(np.sqrt(square[:n].mean())) / diagonal,
-        'strain': float(np.abs(strain[:n] - np.array(reference.strain[:n])).max()),
+        'stretch': float(np.abs(stretch[:n] - np.array(reference.stretch[:n])).max()),
         'energy': float(drift) / turnover,
     }
     return entry

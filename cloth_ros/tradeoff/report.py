@@ -151,7 +151,7 @@ def _settings(result: Result) -> str:
             row += [
                 f'{length(found["largest"])} ({percent(found["largest of the sheet"])})',
                 f'{length(found["rms"])} ({percent(found["rms of the sheet"])})',
-                f'{found["strain"]:.2g}',
+                f'{found["stretch"]:.2g}',
                 percent(found['energy']),
                 _together(entry, result),
             ]
@@ -164,7 +164,7 @@ def _settings(result: Result) -> str:
         'particle steps per simulated s',
         'largest error',
         'rms error',
-        'strain error',
+        'stretch error',
         'energy error',
         'within 1 % for',
     )
@@ -279,7 +279,7 @@ Bold: on the frontier; no other setting is both cheaper and more accurate. †: 
 number of substeps, because it is not stable in every state. Cost: wall-clock seconds per simulated
 second, median of all runs and range; "particle steps" measure the cost independently of the
 machine. Errors are the largest within the time for which they are known. Largest and rms error:
-positions, in brackets relative to the sheet's diagonal. Strain error: of the largest strain.
+positions, in brackets relative to the sheet's diagonal. Stretch error: of the largest stretch.
 Energy error: of the sum of kinetic, elastic and gravitational energy, relative to the largest sum
 of the first two. "Within 1 % for": time until the distance from the reference exceeds 1 % of the
 diagonal.

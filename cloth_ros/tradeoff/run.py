@@ -1,4 +1,4 @@
-"""One run of a scene: positions, energies and strains of its samples, and its cost."""
+"""One run of a scene: positions, energies and stretch of its samples, and its cost."""
 
 from __future__ import annotations
 
@@ -89,8 +89,8 @@ class Run:
     ----------
     positions
         m, shape (samples, rows, columns, 3); shorter where the run was stopped.
-    energy, strain
-        Sum of kinetic, elastic and gravitational energy, J, and largest strain, at each sample.
+    energy, stretch
+        Sum of kinetic, elastic and gravitational energy, J, and largest stretch, at each sample.
     motion
         Kinetic and elastic energy, J, at each sample.
     substeps
@@ -103,7 +103,7 @@ class Run:
     positions: Array
     energy: list[float] = field(default_factory=list)
     motion: list[float] = field(default_factory=list)
-    strain: list[float] = field(default_factory=list)
+    stretch: list[float] = field(default_factory=list)
     substeps: int = 0
     wall: float = 0.0
     seconds: float = 0.0
@@ -141,5 +141,5 @@ def simulate(cloth: Cloth, scenario: Scenario, blow_up: float = math.inf) -> Run
             run.positions[sample] = cloth.positions
             run.energy.append(energy.total)
             run.motion.append(energy.motion)
-            run.strain.append(cloth.largest_strain())
+            run.stretch.append(cloth.strain().stretch)
     return run

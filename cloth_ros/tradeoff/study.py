@@ -176,7 +176,7 @@ class Study:
 
         def make() -> tuple[Entry, Array]:
             run = simulate(make_cloth(self._scene, setting), self._scenario)
-            record = {'energy': run.energy, 'motion': run.motion, 'strain': run.strain}
+            record = {'energy': run.energy, 'motion': run.motion, 'stretch': run.stretch}
             return record, run.positions
 
         record, positions = self._part(
@@ -254,7 +254,7 @@ class Study:
             'largest': largest.tolist(),
             'square': square.tolist(),
             'energy': run.energy,
-            'strain': run.strain,
+            'stretch': run.stretch,
         }
         return record, NO_ARRAY
 

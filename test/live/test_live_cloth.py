@@ -36,6 +36,14 @@ def clock(monkeypatch):
     return clock
 
 
+@pytest.fixture(autouse=True)
+def processor(monkeypatch):
+    """Processor time that the process gets."""
+    processor = Clock()
+    monkeypatch.setattr(time, 'thread_time', processor)
+    return processor
+
+
 @pytest.fixture
 def live(compiler, log):
     return LiveCloth(SCENE, log)
@@ -204,9 +212,58 @@ def test_the_error_estimate_is_given_all_inputs(compiler, log):
             live.move_collider('sphere', (0.0, y - 0.02 * number, 1.0))
         run(live)
         seen.append(live.values()['error estimate [m]'])
-    assert live.values()['sphere depth [m]'] >= 0
+    assert live.values()['sphere penetration [m]'] >= 0
     assert positions(live)[..., 1].max() > 0.01  # the sheet was touched
     assert max(seen[3:]) < 1e-3  # that of contact
+
+
+def test_lost_time_is_explained_by_the_processor_time_that_the_process_got(
+    live, log, clock, processor
+):
+    """The clocks count 50 ms a reading; half of the time and then all of it on a processor."""
+    clock.step, processor.step = 0.05, 0.001
+    run(live, 30)
+    report = live.take_report()
+    assert report.lost > 0.1
+    assert report.waiting == pytest.approx(30 * 0.049, rel=0.2)
+    assert 'did not get the processor' in report.cause
+    processor.step = 0.05
+    run(live, 30)
+    report = live.take_report()
+    assert report.waiting == pytest.approx(0.0, abs=1e-9)
+    assert '% of real time' in report.cause
+    assert 'processor' not in report.cause
+    clock.step = processor.step = 0.0
+    run(live, 300)
+    live.take_report()
+    run(live)
+    assert live.take_report().cause == ''
+    assert log.text == ''
+
+
+def test_a_scene_that_is_too_slow_says_so_at_the_start_and_when_it_is_set(compiler, log, clock):
+    clock.step = 0.01  # of 17 substeps
+    stiff = {'springs.structural': 5e7}
+    live = LiveCloth(SCENE.with_parameters(stiff), log)
+    assert 'too slow for real time: ' in log.text
+    assert 'because springs.structural is 5e+07 N/m at a mass of 0.2 kg' in log.text
+    clock.step, log.text = 0.0, ''
+    live.configure(SCENE)
+    assert log.text == ''
+    clock.step = 0.01
+    live.configure(SCENE.with_parameters(stiff))
+    run(live)
+    assert log.text.count('too slow for real time: ') == 1
+
+
+def test_implausible_values_are_told_once(compiler, log):
+    live = LiveCloth(SCENE.with_parameters({'sheet.mass': 200.0}), log)
+    assert log.text.count('an areal density of 200 kg/m²') == 1
+    live.configure(SCENE.with_parameters({'sheet.mass': 200.0, 'drag': 1.0}))
+    run(live)
+    assert log.text.count('is this value meant?') == 1
+    live.configure(SCENE.with_parameters({'gravity': [0.0, 0.0, -981.0]}))
+    assert log.text.count('is this value meant? gravity is 981 m/s²') == 1
 
 
 def test_an_overload_coarsens_the_grid_and_returns_step_by_step(compiler, log, clock):

@@ -67,10 +67,21 @@ def test_diagnostics_describe_the_simulation_each_second(node):
 
     probe.spin_until(in_real_time)
     assert found['name'] == '/cloth: simulation'
-    assert 0 < float(found['step [s]']) < float(found['stability limit [s]'])
+    assert 0 < float(found['substep [s]']) < float(found['stability limit [s]'])
     assert int(found['substeps in the last tick']) > 10
-    for key in ('energy [J]', 'largest strain', 'error estimate [m]', 'load [share of real time]'):
+    for key in (
+        'energy [J]',
+        'largest stretch',
+        'largest shear angle [rad]',
+        'largest fold angle [rad]',
+        'error estimate [m]',
+        'load [share of real time]',
+        'waited for a processor [s]',
+    ):
         assert math.isfinite(float(found[key]))
+    # Of the window that ended so long ago, in simulated time.
+    assert 0 < float(found['error estimate, window [s]']) <= 1.0
+    assert float(found['error estimate, age [s]']) > 0
     assert found['rejected inputs'] == '0'
 
 

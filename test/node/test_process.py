@@ -23,9 +23,12 @@ from sensor_msgs.msg import PointCloud2
 SOON = 30.0
 
 
-def test_overload_is_reported_as_slow_motion(start_cloth, probe):
+def test_overload_is_reported_as_slow_motion_with_its_cause(start_cloth, probe):
     """With springs so stiff that no machine keeps up."""
-    start_cloth(sheet__rows=128, sheet__columns=128, springs__structural=1e8)
+    node = start_cloth(sheet__rows=128, sheet__columns=128, springs__structural=1e8)
+    cause = 'because springs.structural is 1e+08 N/m at a mass of 0.2 kg on 128 × 128 particles'
+    assert 'too slow for real time: ' in node.output
+    assert cause in node.output
     particles = probe.collect(PointCloud2, '/cloth/particles')
     found = {}
 
@@ -36,6 +39,8 @@ def test_overload_is_reported_as_slow_motion(start_cloth, probe):
     probe.spin_until(slow)
     assert found['level'] == b'\x01'
     assert float(found['real-time factor']) < 0.9
+    assert cause in found['message']
+    assert 'makes it real time: springs.structural: ' in found['message']
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

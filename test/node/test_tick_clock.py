@@ -89,6 +89,19 @@ def test_a_tick_comes_at_the_first_message_after_each_period(probe, steps):
     assert time == pytest.approx(clock.ticks[-1].now, abs=1e-6)
 
 
+@given(rate=st.floats(1.0, 3.0), periods=st.integers(1, 3), late=st.integers(0, 10**9))
+def test_a_step_of_up_to_three_periods_is_followed_to_the_nanosecond(probe, rate, periods, late):
+    """In seconds, 3 periods of 0.4 s are 1.2000000000000002 s, which is more than 3 / 2.5 Hz."""
+    clock = SetClock(probe)
+    clock.clock.start(rate)
+    clock.set(1000.0 + 1e-9 * late)
+    clock.ticks.clear()
+    step = periods / rate
+    for n in range(1, 5):
+        clock.set(1000.0 + 1e-9 * late + n * round(step, 9))
+    assert [tick.jump for tick in clock.ticks] == [None] * 4
+
+
 def test_steps_that_are_no_time_of_the_cloth_are_jumps(clock):
     for seconds in (1000.0, 1000.02, 1002.0, 1002.02, 5.0, 5.02, 5.04):
         clock.set(seconds)
@@ -151,7 +164,8 @@ def test_statistics_of_ticks_are_of_the_newest_since_the_last_report():
 
 def status(*, ticks=60, jumps=0, overdue=0.5, paused=False, factor=1.0, **report):
     """Evaluate a report of the cloth, ticks since the last report, and periods without a tick."""
-    values = {'lost': 0.0, 'rollbacks': RollbackCounts(), 'held': '', 'reduction': ''} | report
+    values = {'lost': 0.0, 'cause': '', 'waiting': 0.0, 'held': '', 'reduction': ''}
+    values |= {'rollbacks': RollbackCounts()} | report
     statistics = SimpleNamespace(ticks=ticks, jumps=jumps, jump=2.0)
     clock = SimpleNamespace(overdue=overdue, why_overdue='/clock stands still')
     return evaluate(Report(factor, **values), statistics, clock, paused=paused)
@@ -168,7 +182,12 @@ def status(*, ticks=60, jumps=0, overdue=0.5, paused=False, factor=1.0, **report
         ({'ticks': 0, 'overdue': 3.0}, 'no tick since the last report: /clock s', False, 0.0),
         ({'ticks': 3, 'jumps': 3}, '/clock moves by 2 s at once', False, 0.0),
         ({'ticks': 3, 'jumps': 1}, 'running in real time', True, 1.0),
-        ({'lost': 0.2, 'factor': 0.8}, 'slow motion, 0.2 s lost', False, 0.8),
+        (
+            {'lost': 0.2, 'cause': 'too stiff', 'factor': 0.8},
+            'slow motion, 0.2 s lost since the last report: too stiff',
+            False,
+            0.8,
+        ),
         ({'reduction': 'grid 2 times coarser'}, 'overload: grid 2 times coarser', False, 1.0),
         ({'held': 'kernels are missing'}, 'held: kernels are missing', False, 1.0),
         ({'rollbacks': RollbackCounts(refined=3)}, 'unexplained energy', False, 1.0),

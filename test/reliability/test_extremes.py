@@ -28,7 +28,7 @@ def watch(cloth: Cloth, seconds, before=lambda n: None) -> str:
         fastest = max(fastest, float(np.linalg.norm(cloth.velocities, axis=-1).max()))
         deepest = max(deepest, cloth.sphere_depth)
     assert cloth.time == pytest.approx(sum(seconds), rel=1e-9)
-    text = f'{substeps} substeps, largest strain {cloth.largest_strain():.2g}, fastest particle'
+    text = f'{substeps} substeps, largest stretch {cloth.strain().stretch:.2g}, fastest particle'
     text += f' {fastest:.2g} m/s' + (f', {1e3 * deepest:.2g} mm deep by pins' if deepest else '')
     return text + (f'; rolled back: {rollbacks}' if (rollbacks := cloth.rollbacks.text) else '')
 

@@ -18,7 +18,7 @@ SCENE = ('--params-file', 'config/gust.yaml')
 SIZE = ('-p', 'sheet.rows:=64', '-p', 'sheet.columns:=64')
 COMMANDS, SWING, BREEZE = 50.0, 8.0, 3.0  # Hz, and s, periods of sphere and wind
 WARM_UP = 300.0  # s: caches fill, the error estimate finds its window
-ESTIMATE = 'error estimate, over the last [s]'
+ESTIMATE = 'error estimate, window [s]'
 
 
 def command(node, seconds: float) -> np.ndarray:
