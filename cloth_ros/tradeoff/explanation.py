@@ -29,9 +29,9 @@ def recommendation_text(result: Result) -> str:
 def share_of_real_time(seconds: float) -> str:
     """Describe a cost, wall-clock seconds per simulated second."""
     if seconds > 1:
-        return f'slower than real time: a simulated second takes {seconds:.3g} s'
+        return f'slower than real time (a simulated second takes {seconds:.3g} s)'
     if seconds > SHARE:
-        return f'{percent(seconds)} of real time: too little is left for messages'
+        return f'{percent(seconds)} of real time (which leaves too little for messages)'
     return f'{percent(seconds)} of real time'
 
 

@@ -139,7 +139,7 @@ def test_every_setting_and_grid_is_named_with_its_cost_and_slow_ones_are_called_
     for name, rest in re.findall(r'(`[^`]*{[^`]*`)([^`]*)', text):
         assert any(share_of_real_time(cost(each)) in rest for each in found[name])
     for each in (cost(each) for all_of_one in found.values() for each in all_of_one):
-        slow = f'slower than real time: a simulated second takes {each:.3g} s'
+        slow = f'slower than real time (a simulated second takes {each:.3g} s)'
         assert (share_of_real_time(each) == slow) == (each > 1)
 
 
