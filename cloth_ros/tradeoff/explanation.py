@@ -78,7 +78,7 @@ def _for_real_time(result: Result) -> str:
     name = f'**{result["parameters"]["rate"]:g} Hz on this machine**:'
     entry = choice.setting
     if entry is None:
-        return f'{name} {_too_slow(choice, result)}'
+        return '\n  * '.join([f'{name} {_too_slow(choice)}', *_remedies(choice, result)])
     sentences = [
         f'{name} `{parameters(entry)}`, {share_of_real_time(cost(entry))}.',
         f'Errors in the {result["reference"]["horizon"]:.2g} s for which they are known: '
@@ -130,22 +130,31 @@ def _finer(result: Result) -> list[str]:
     return []
 
 
-def _too_slow(choice: Choice, result: Result) -> str:
-    """Return what the cheapest setting costs, and what would make it real time."""
-    text = f'no setting takes less than {percent(SHARE)} of real time with this scene. '
-    if choice.slower is not None:
-        text += (
-            f'The cheapest is `{parameters(choice.slower)}`, '
-            f'{share_of_real_time(cost(choice.slower))}; its errors: '
-            f'{length(error(choice.slower))} from time step and precision, '
-            f'{_grid_error(choice.grid)}. '
-        )
+def _too_slow(choice: Choice) -> str:
+    """Return what the cheapest setting costs where none is fast enough."""
+    text = f'no setting takes less than {percent(SHARE)} of real time with this scene.'
+    if choice.slower is None:
+        return text
+    entry = choice.slower
+    return (
+        f'{text} The cheapest is `{parameters(entry)}`, {share_of_real_time(cost(entry))}. Its '
+        f'errors: {length(error(entry))} from time step and precision, {_grid_error(choice.grid)}.'
+    )
+
+
+def _remedies(choice: Choice, result: Result) -> list[str]:
+    """Return what would make a scene real time, with what it costs."""
     coarser = recommendation.coarser_grid(result)
+    remedies = ['No grid that was measured is fast enough: take a coarser one.']
     if coarser is not None:
-        text += f'In real time: a coarser grid, {_other_grid(coarser)}. Otherwise use '
-    else:
-        text += 'No grid that was measured is fast enough. Use a coarser one, or '
-    return text + 'softer springs, or accept slow motion (`solver.overload`).'
+        remedies = [f'In real time: a coarser grid, {_other_grid(coarser)}.']
+    if choice.slower is not None:
+        softer = (cost(choice.slower) / SHARE) ** 2
+        remedies.append(
+            f'Or springs that are softer by a factor of {softer:.2g}: the cost is about '
+            'proportional to the root of the stiffness.'
+        )
+    return [*remedies, 'Or slow motion, as it is (`solver.overload: slow_motion`).']
 
 
 def _for_accuracy(result: Result) -> str:

@@ -38,15 +38,20 @@ def usable(result: Entry) -> list[Entry]:
     Return the candidates in which the solver chooses the number of substeps.
 
     Fixed numbers serve for comparison only: they are not increased where the cloth moves fast.
-    Of tolerances that lead to the same substeps the smallest is returned.
+    Of those that lead to the same substeps and the same error, to the last bit, one is returned:
+    that of the smallest tolerance, and `single` where that is simulated in double precision too.
     """
     found: dict[tuple[object, ...], Entry] = {}
-    for entry in sorted(candidates(result), key=lambda each: each['setting']['tolerance']):
+    for entry in sorted(candidates(result), key=_promise):
         setting = entry['setting']
         steps = round(entry['substeps per tick'], 3)
         if not setting['substeps']:
-            found.setdefault((setting['method'], setting['precision'], steps), entry)
+            found.setdefault((setting['method'], steps, error(entry)), entry)
     return list(found.values())
+
+
+def _promise(entry: Entry) -> tuple[float, bool]:
+    return entry['setting']['tolerance'], entry['setting']['precision'] != 'single'
 
 
 def frontier(entries: Sequence[Entry]) -> list[Entry]:

@@ -130,6 +130,20 @@ def test_a_grid_that_is_further_off_never_makes_the_recommendation_dearer(study,
     assert before is None or cost(after) <= cost(before)
 
 
+def test_of_equal_settings_one_is_recommended_as_a_scene_takes_it():
+    cheap, loose = entry(0.5, 1e-5), entry(0.5, 1e-5, tolerance=1.0)
+    # A stiff and light cloth is simulated in double precision in any case.
+    double = {**entry(0.5, 1e-5, precision='double'), 'wall': {'median': 0.49}}
+    fixed, refused = entry(0.01, 1e-9, substeps=50), entry(0.01, 1e-9, refused=True)
+    unknown = entry(0.02, None)
+    study = result([double, loose, cheap, fixed, refused, unknown], [])
+    assert recommendation.usable(study) == [cheap]
+    assert fixed in recommendation.candidates(study)
+    assert recommendation.choose(study).setting is recommendation.for_accuracy(study) is cheap
+    study = result([entry(2.0, 1.0), refused], [])
+    assert recommendation.choose(study).setting is recommendation.for_accuracy(study) is None
+
+
 @given(studies())
 def test_every_setting_and_grid_is_named_with_its_cost_and_slow_ones_are_called_slow(study):
     found = {f'`{grid_parameters(each)}`': [each] for each in study['grids']}
