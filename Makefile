@@ -3,6 +3,7 @@
 # make test-all   the rest of the tests: those that take longer
 # make pictures   render the pictures of the README, into docs/pictures
 # make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
+# make refinement convergence of the grid: docs/validation/refinement.md, a minute
 # make bench      cost of a substep, with the limit of the processor and other engines
 # make reliability    all of the following, and docs/reliability.md; more than two hours
 # make random-scenes  ten thousand random scenes; half an hour; SEED=… for others
@@ -28,8 +29,8 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test test-all pictures study bench reliability random-scenes extremes fuzz faults soak \
-    clean help
+.PHONY: run test test-all pictures study refinement bench reliability random-scenes extremes fuzz \
+    faults soak clean help
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -49,6 +50,9 @@ pictures: $(VENV)/.ready-pictures-$(ROS)
 
 study: $(VENV)/.ready-run-$(ROS)
 	@tools/study.sh $(VENV) $(STUDY)
+
+refinement: $(VENV)/.ready-run-$(ROS)
+	$(VENV)/bin/python -m tools.refinement
 
 bench: $(VENV)/.ready-bench-$(ROS)
 	$(VENV)/bin/python -m pytest bench --benchmark-json=$(VENV)/bench.json $(BENCH_ARGS)

@@ -13,7 +13,7 @@ from typing import Any
 
 import matplotlib
 
-from cloth_ros.tradeoff.report import table
+from cloth_ros.tradeoff.formatting import table
 from tools.marked_block import fill
 
 # Operations of a substep with all springs and gravity, per particle: for each of 12 springs, 3

@@ -14,8 +14,8 @@ import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
+from cloth_ros.tradeoff.formatting import table
 from cloth_ros.tradeoff.machine import describe
-from cloth_ros.tradeoff.report import table
 
 from .marked_block import fill
 

@@ -9,9 +9,9 @@ from typing import Any
 from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.tradeoff import plot, recommendation, report
 from cloth_ros.tradeoff.analytic_cases import ANALYTIC_CASES
+from cloth_ros.tradeoff.formatting import length, percent, table
 from cloth_ros.tradeoff.machine import describe
 from cloth_ros.tradeoff.published import FIGURES
-from cloth_ros.tradeoff.report import length, percent, table
 
 from .marked_block import fill
 
@@ -32,6 +32,12 @@ def _choice(entry: dict[str, Any] | None) -> tuple[str, str, str]:
     return (f'`{recommendation.parameters(entry)}`', length(recommendation.error(entry)), share)
 
 
+def _grid_error(found: recommendation.GridError | None) -> str:
+    if found is None:
+        return 'unknown'
+    return ('≥ ' if found.finer else '≈ ') + length(found.distance)
+
+
 def summary(studies: dict[str, dict[str, Any]]) -> str:
     """Return the table of recommended settings for each scene."""
     rows = []
@@ -45,7 +51,8 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
             (
                 f'[{name}]({STUDIES / name}/report.md), {sheet["sheet.rows"]} × '
                 f'{sheet["sheet.columns"]}, {reference["horizon"]:.2g} s',
-                *_choice(recommendation.for_real_time(result)),
+                *_choice(recommendation.choose(result).setting),
+                _grid_error(recommendation.grid_error(result)),
                 *_choice(recommendation.for_accuracy(result)),
                 percent(result['budget']['closure']),
                 f'{worst:.1f}',
@@ -53,10 +60,11 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
         )
     head = (
         'scene, grid, time with known errors',
-        f'most accurate setting within {recommendation.SHARE:g} of real time',
-        'error',
+        f'recommended setting within {recommendation.SHARE:g} of real time',
+        'error of time step and precision',
         'share of real time',
-        'cheapest setting within 0.1 mm',
+        'error of the grid',
+        'cheapest setting within 0.1 mm on the same grid',
         'error',
         'share of real time',
         'unexplained energy',
@@ -67,8 +75,11 @@ def summary(studies: dict[str, dict[str, Any]]) -> str:
     forms = {'quick' if result['quick'] else 'long' for result in studies.values()}
     return (
         f'{table(head, rows)}\n\n'
-        'Tolerances are in m. Errors are known for the time in the first column: with a sphere, '
-        'until contact. The last column is the largest factor between the two in any window. '
+        'Tolerances are in m. The recommended setting is the cheapest one whose whole error, that '
+        'of the grid included, no other one reduces by more than '
+        f'{percent(recommendation.WORTH - 1)}. Errors are known for the time in the first column: '
+        'with a sphere, until contact. The last column is the largest factor between the two in '
+        'any window. '
         f'Measured by `make study`, {" and ".join(sorted(forms))} form, on: {where}.\n'
     )
 

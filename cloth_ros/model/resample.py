@@ -6,8 +6,9 @@ square grid does not depend on the spacing d.  The bending springs act on the se
 of the positions, which is the curvature times d², in a cell of area d²: for the same resistance
 to bending their stiffness is scaled with 1/d².  (They are springs all the same: they also resist
 stretching, and resist the curvature of a flat sheet only to higher order; the difference between
-grids includes that.)  Pins are moved to the nearest particles, and written as slices, because
-there may be more of them than a scene takes strings.
+grids includes that.)  Pins are moved to the nearest particles; on a finer grid, particles between
+adjacent pins are pinned as well, so that an edge that is pinned stays so.  They are written as
+slices, because there may be more of them than a scene takes strings.
 """
 
 from __future__ import annotations
@@ -59,6 +60,8 @@ def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
     wanted = np.argwhere(pinned) / np.maximum(np.array(pinned.shape) - 1, 1)
     moved = np.zeros((rows, columns), bool)
     moved[tuple(np.rint(wanted * (rows - 1, columns - 1)).astype(int).T)] = True
+    (upper, lower), (left, right) = map(_around, pinned.shape, moved.shape)
+    moved |= np.all([pinned[np.ix_(i, j)] for i in (upper, lower) for j in (left, right)], axis=0)
     alike: dict[bytes, list[int]] = {}
     for row in np.flatnonzero(moved.any(axis=1)).tolist():
         alike.setdefault(moved[row].tobytes(), []).append(row)
@@ -68,6 +71,13 @@ def _moved(pinned: Array, rows: int, columns: int) -> list[str]:
         for some_columns in _slices(np.flatnonzero(moved[same[0]]).tolist())
         for some_rows in _slices(same)
     ] or ['']
+
+
+def _around(count: int, other: int) -> tuple[Array, Array]:
+    """Return, for each of `other` places along a side of `count`, the indices on both sides."""
+    place = np.arange(other) * ((count - 1) / max(other - 1, 1))
+    # A place at an index, but for rounding, has that on both sides.
+    return np.floor(place + 1e-9).astype(int), np.ceil(place - 1e-9).astype(int)
 
 
 def _slices(indices: list[int]) -> list[str]:

@@ -159,7 +159,8 @@ def _study(
 
     from . import plot, report
     from .cache import Cache
-    from .schedule import Options, Schedule
+    from .explanation import recommendation_text
+    from .schedule import Options, Schedule, start_time
     from .study import Study
 
     parts = folder / 'parts'
@@ -180,7 +181,8 @@ def _study(
 
     start = time.perf_counter()
     try:
-        progress('compiling, simulating up to the first gust', 0.0)
+        waits = ', simulating up to the first gust' if start_time(scene) > 0 else ''
+        progress(f'compiling{waits}', 0.0)
         cache = Cache(parts)
         study = Study(name, scene, Schedule(scene, options, cache), cache, progress)
         bar.expect(study.expected)
@@ -191,7 +193,7 @@ def _study(
     (folder / 'report.md').write_text(report.page(result))
     plot.draw(result, folder)
     print(f'{name}: {folder / "report.md"} written after {time.perf_counter() - start:.0f} s')
-    print(report.recommendation_text(result), flush=True)
+    print(recommendation_text(result), flush=True)
 
 
 def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:

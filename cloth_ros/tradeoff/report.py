@@ -2,79 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 from . import recommendation
+from .explanation import recommendation_text
+from .formatting import length, percent, table
 
 Result = dict[str, Any]
-
-
-def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = ['| ' + ' | '.join(head) + ' |', '|' + ' --- |' * len(head)]
-    lines += ['| ' + ' | '.join(str(cell) for cell in row) + ' |' for row in rows]
-    return '\n'.join(lines)
-
-
-def length(metres: float) -> str:
-    """Return a length in m, mm, µm or nm."""
-    for unit, size, least in (('m', 1.0, 1.0), ('mm', 1e-3, 1e-4), ('µm', 1e-6, 1e-7)):
-        if metres >= 0.999 * least:
-            return f'{metres / size:.3g} {unit}'
-    return f'{metres / 1e-9:.3g} nm'
-
-
-def percent(share: float) -> str:
-    """Format a share in percent."""
-    return f'{100 * share:.{3 if share >= 1 else 2}g} %'
-
-
-def _setting(entry: dict[str, Any], within: str) -> str:
-    """Return the parameters of a setting, its error and its cost."""
-    parameters, error = recommendation.parameters(entry), length(recommendation.error(entry))
-    cost = percent(recommendation.cost(entry))
-    return f'`{parameters}`, error {error} {within}, {cost} of real time.'
-
-
-def recommendation_text(result: Result) -> str:
-    """Return the recommended settings as a list, with the parameters of a scene file."""
-    horizon, known = result['reference']['horizon'], recommendation.usable(result)
-    if not known:
-        stable = [entry for entry in result['settings'] if not entry['unstable']]
-        cheapest = min(recommendation.cost(entry) for entry in stable)
-        return (
-            '* No error is known: the reference does not converge (see above). Stable settings '
-            f'take {percent(cheapest)} of real time and more; keep the defaults.'
-        )
-    within = f'in the {horizon:.2g} s for which errors are known'
-    name = f'{result["parameters"]["rate"]:g} Hz on this machine'
-    best, cheap = recommendation.for_real_time(result), recommendation.for_accuracy(result)
-    lines = [
-        f'* **{name}**: ' + _setting(best, within)
-        if best
-        else f'* **{name}**: no setting takes less than {percent(recommendation.SHARE)} of real '
-        'time with this scene. Use a coarser grid (see below) or softer springs, or accept slow '
-        'motion (`solver.overload`).'
-    ]
-    wanted = length(recommendation.ACCURACY)
-    if cheap:
-        lines.append(f'* **{wanted}**: ' + _setting(cheap, within))
-    else:
-        nearest = min(recommendation.error(entry) for entry in known)
-        lines.append(
-            f'* **{wanted}**: no tolerance that was measured is as accurate; the smallest error '
-            f'is {length(nearest)}.'
-        )
-    if horizon < result['course']['seconds'] * (1 - 1e-9):
-        together = [entry['together'] for entry in recommendation.candidates(result)]
-        lines.append(
-            f'* **After {horizon:.2g} s** errors are not known, and this does not apply: settings '
-            f'stay within 1 % of the sheet of the reference for {min(together):.2g} to '
-            f'{max(together):.2g} of {result["course"]["seconds"]:.2g} s. The defaults are as '
-            'good as other settings there.'
-        )
-    return '\n'.join(lines)
 
 
 def _scenario(result: Result) -> str:
@@ -103,8 +37,7 @@ def _scenario(result: Result) -> str:
         text += (
             f'for {reference["horizon"]:.3g} s its difference from the solution with {coarse} is '
             f'at most {length(reference["agreement"])}, a tenth of the smallest error below or '
-            'less. After that the two diverge, as solutions do after an impact and in chaotic '
-            'motion, and errors are not reported.'
+            'less. After that the two diverge, and errors are not reported.'
         )
     else:
         text += f'it diverges from the solution with {coarse} at once: no errors can be reported.'

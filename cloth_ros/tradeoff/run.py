@@ -13,6 +13,10 @@ from ..model import Cloth, Snapshot
 from ..model.grid import Array
 from ..scene import Scene
 
+# Distance from the sphere, as a share of it, at which the sheet counts as touching: contact leaves
+# a tolerance, and the cells of a moving sheet are not square.
+_TOUCHING = 1.01
+
 
 @dataclass(frozen=True)
 class Scenario:
@@ -80,6 +84,18 @@ def state_at(scene: Scene, begins: float) -> Snapshot | None:
     return cloth.snapshot()
 
 
+def touches_sphere(cloth: Cloth) -> bool:
+    """Return whether the sheet touches the sphere, as far as its particles show."""
+    radius, sheet = cloth.sphere_radius, cloth.scene.sheet
+    if radius == 0:
+        return False
+    nearest = np.linalg.norm(cloth.positions - np.array(cloth.sphere_position), axis=-1).min()
+    # In the middle of a cell the sphere is half the cell's diagonal away from the particles.
+    dx, dy = sheet.spacing
+    beside = 0.5 * math.hypot(dx * (sheet.columns > 1), dy * (sheet.rows > 1))
+    return bool(nearest <= _TOUCHING * math.hypot(radius, beside))
+
+
 @dataclass
 class Run:
     """
@@ -93,6 +109,8 @@ class Run:
         Sum of kinetic, elastic and gravitational energy, J, and largest stretch, at each sample.
     motion
         Kinetic and elastic energy, J, at each sample.
+    contact
+        Time of the first sample at which the sheet touches the sphere, s; None: it never does.
     substeps
         Of the whole run.
     wall, seconds
@@ -104,6 +122,7 @@ class Run:
     energy: list[float] = field(default_factory=list)
     motion: list[float] = field(default_factory=list)
     stretch: list[float] = field(default_factory=list)
+    contact: float | None = None
     substeps: int = 0
     wall: float = 0.0
     seconds: float = 0.0
@@ -142,4 +161,6 @@ def simulate(cloth: Cloth, scenario: Scenario, blow_up: float = math.inf) -> Run
             run.energy.append(energy.total)
             run.motion.append(energy.motion)
             run.stretch.append(cloth.strain().stretch)
+            if run.contact is None and touches_sphere(cloth):
+                run.contact = run.seconds
     return run

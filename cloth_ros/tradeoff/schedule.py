@@ -31,6 +31,21 @@ _BEFORE_GUST = 0.1  # s
 _LATEST_START = 20.0  # s
 
 
+def first_gust(scene: Scene) -> float | None:
+    """Return the simulated time, s, of the first gust that moves the sheet; None: never."""
+    gust = scene.wind.gust
+    blows = scene.has_air and gust.speed[1] > 0 and gust.duration > 0
+    return gust.period if blows and gust.period > 0 else None
+
+
+def start_time(scene: Scene) -> float:
+    """Return the simulated time, s, at which a study starts: just before the first gust."""
+    gust = first_gust(scene)
+    if gust is None or gust >= _LATEST_START:
+        return 0.0
+    return max(gust - _BEFORE_GUST, 0.0)
+
+
 @dataclass(frozen=True)
 class Options:
     """
@@ -70,8 +85,13 @@ class Schedule:
         Start, duration and inputs of every run.
     begins
         Simulated time at its start, s: just before the first gust, if there are gusts.
+    gust
+        Time of the first gust since the start, s; None: none blows within the scenario.
     still
         True if the first gust comes too late to be part of it.
+    wanted, full_cost
+        Simulated time that was aimed at, s, and the expected wall-clock time, s, of the first
+        runs of all settings over it; the scenario is shorter where they take too long.
     unit
         Wall-clock time of a substep, s, in the scene's own precision.
 
@@ -91,9 +111,7 @@ class Schedule:
         doublings = range(_DOUBLINGS[options.quick] + 1)
         self.levels = (finest, *(_MARGIN * finest * 2**n for n in doublings))
         self._compile()
-        period = scene.wind.gust.period
-        self.still = period >= _LATEST_START
-        self.begins = 0.0 if self.still else max(period - _BEFORE_GUST, 0.0)
+        self.begins = start_time(scene)
         start = state_at(self.scene.with_parameters({'solver.precision': 'double'}), self.begins)
         # A whole number of ticks at every rate that is compared.
         two_ticks = 2 / scene.rate
@@ -102,8 +120,12 @@ class Schedule:
             samples * two_ticks, two_ticks, start, options.goal, options.arrival
         )
         self._measure_unit()
+        self.wanted, self.full_cost = self.scenario.seconds, self.expected
         if options.seconds is None:
             self._shorten(cache)
+        gust = first_gust(scene)
+        self.still = gust is not None and gust >= self.begins + self.scenario.seconds
+        self.gust = None if gust is None or self.still else gust - self.begins
 
     def _compile(self) -> None:
         for method in INTEGRATORS:
@@ -137,9 +159,9 @@ class Schedule:
         if found is None:
             share = min(1.0, max(_BUDGET[self.quick] / max(self.expected, 1e-9), 0.1))
             samples = max(int(share * scenario.samples), min(6, scenario.samples))
-            cache.save(key, samples)
+            cache.save(key, [samples, self.full_cost])
         else:
-            samples = found[0]
+            samples, self.full_cost = found[0]
         self.scenario = replace(scenario, seconds=samples * scenario.period)
 
     @property

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from functools import partial
 
+import numpy as np
+
 from ..model import Cloth
 from ..model.integrators import INTEGRATORS
 from ..model.integrators.integrator import SubstepBatch
@@ -119,6 +121,16 @@ def least_substeps(scene: Scene, method: str) -> int:
     """Return the least number of substeps per tick that is stable in every state of the cloth."""
     limit = stability_limit(scene.with_parameters({'solver.method': method}))
     return max(math.ceil(1 / (scene.rate * SAFETY * limit)), 1)
+
+
+def changed_pins(scene: Scene, resampled: Scene) -> list[str]:
+    """Return the pins on another grid; none where those of the scene mean the same on it."""
+    sides = {'sheet.rows': resampled.sheet.rows, 'sheet.columns': resampled.sheet.columns}
+    try:
+        unchanged = scene.with_parameters(sides).pinned()
+    except ValueError:  # a particle that the other grid does not have
+        return list(resampled.pins)
+    return [] if np.array_equal(unchanged, resampled.pinned()) else list(resampled.pins)
 
 
 def plan(scene: Scene, *, quick: bool) -> list[Setting]:

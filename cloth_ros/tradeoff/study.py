@@ -32,7 +32,7 @@ from .reference_solution import (
 )
 from .run import Run, Scenario, simulate, state_at
 from .schedule import Schedule
-from .settings import Setting, least_substeps, make_cloth
+from .settings import Setting, changed_pins, least_substeps, make_cloth
 
 _GRIDS = {True: (0.25, 0.5, 1.0, 2.0), False: (0.25, 0.5, 1.0, 2.0, 4.0)}
 # Expected cost of a run, s, above which a finer grid is left out.
@@ -117,7 +117,11 @@ class Study:
             'course': {
                 'seconds': self._scenario.seconds,
                 'period': self._scenario.period,
+                'wanted': schedule.wanted,
+                'limited': self._scenario.seconds < schedule.wanted,
+                'expected': schedule.full_cost,
                 'begins at': schedule.begins,
+                'gust at': schedule.gust,
                 'before the gusts': schedule.still,
                 'sphere sent to': self._scenario.goal,
                 'over': self._scenario.arrival,
@@ -128,6 +132,7 @@ class Study:
                 'agreement': limit.agreement,
                 'smallest error': limit.smallest_error,
                 'horizon': limit.samples * self._scenario.period,
+                'contact': reference.contact,
                 'apart': self._apart(between),
             },
             'settings': judged[:count],
@@ -176,8 +181,8 @@ class Study:
 
         def make() -> tuple[Entry, Array]:
             run = simulate(make_cloth(self._scene, setting), self._scenario)
-            record = {'energy': run.energy, 'motion': run.motion, 'stretch': run.stretch}
-            return record, run.positions
+            names = ('energy', 'motion', 'stretch', 'contact')
+            return {name: getattr(run, name) for name in names}, run.positions
 
         record, positions = self._part(
             f'reference, {setting.substeps} substeps',
@@ -315,6 +320,7 @@ class Study:
             'rows': sheet.rows,
             'columns': sheet.columns,
             'bending': scene.springs.bending,
+            'pins': changed_pins(self._scene, scene),
             'wall': run.wall / run.seconds,
             'particle steps': run.substeps * sheet.rows * sheet.columns / run.seconds,
         }

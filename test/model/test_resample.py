@@ -5,6 +5,7 @@ import pytest
 from builders import ROOT, examples, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import RegularGridInterpolator
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.resample import resample_scene
@@ -45,8 +46,16 @@ def test_pins_move_to_the_nearest_particles(pins, factor):
     before, after = (Cloth(each).positions[each.pinned()] for each in (scene, other))
     distances = np.abs(after[:, None] - before).max(axis=2)
     reach = 0.5 * max(scene.sheet.spacing[0], other.sheet.spacing[0]) + 1e-9
-    assert len(after) <= len(before)
     assert (distances.min(axis=0, initial=np.inf) <= reach).all()
+    assert (distances.min(axis=1, initial=np.inf) <= reach).all()
+
+
+@given(st.sampled_from(['0,:', ':,-1', '2:5,3:7', ':,:']), st.sampled_from([0.5, 2.0, 3.0]))
+def test_what_is_pinned_throughout_stays_so(pins, factor):
+    other = resample_scene(scene_of(sheet__rows=9, sheet__columns=9, pins=[pins]), factor)
+    pinned = np.argwhere(other.pinned())
+    (top, left), (bottom, right) = pinned.min(axis=0), pinned.max(axis=0)
+    assert len(pinned) == (bottom - top + 1) * (right - left + 1)
 
 
 @pytest.mark.parametrize(
@@ -65,8 +74,10 @@ def test_many_pins_are_written_as_few_slices(pins, factor):
     other = resample_scene(scene, factor)
     assert len(other.pins) <= 128
     sides = np.array((other.sheet.rows, other.sheet.columns))
-    expected = np.zeros(sides, bool)
     places = np.argwhere(scene.pinned()) / (127, 128) * (sides - 1)
+    rows, columns = (np.linspace(0, 1, n) for n in scene.pinned().shape)
+    between = RegularGridInterpolator((rows, columns), scene.pinned().astype(float))
+    expected = between(np.indices(sides).T / (sides - 1)).T > 1 - 1e-9
     expected[tuple(np.rint(places).astype(int).T)] = True
     assert np.array_equal(other.pinned(), expected)
 

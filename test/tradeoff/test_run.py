@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 
 from cloth_ros import Scene
+from cloth_ros.model.resample import resample_scene
 from cloth_ros.tradeoff.cache import Cache
 from cloth_ros.tradeoff.run import Scenario, simulate, state_at
-from cloth_ros.tradeoff.schedule import Options, Schedule
-from cloth_ros.tradeoff.settings import Setting, least_substeps, make_cloth, plan
+from cloth_ros.tradeoff.schedule import Options, Schedule, start_time
+from cloth_ros.tradeoff.settings import (
+    Setting,
+    changed_pins,
+    least_substeps,
+    make_cloth,
+    plan,
+)
 
 SMALL = Scene().with_parameters({'sheet.rows': 6, 'sheet.columns': 6})
 
@@ -35,6 +42,17 @@ def test_the_sphere_arrives_in_time_and_every_sample_is_taken():
     assert len(run.energy) == len(run.positions) == 3
     np.testing.assert_allclose(cloth.sphere_position, (0.1, 0.0, 3.2), atol=1e-12)
     np.testing.assert_array_equal(run.positions[-1], cloth.positions)
+    assert run.contact is None
+
+
+def test_contact_is_found_between_particles_as_well():
+    # A flat free sheet at 1 m falls on a sphere of 0.1 m below the middle of a cell.
+    changes = {'pins': [''], 'drag': 0.0, 'wind.air_density': 1e-20}
+    changes |= {'sphere.radius': 0.1, 'sphere.position': [0.0, 0.0, 0.75]}
+    cloth = make_cloth(SMALL.with_parameters(changes), fixed(50))
+    run = simulate(cloth, Scenario(0.4, 1 / 30))
+    touches = np.sqrt(2 * 0.15 / 9.81)
+    assert touches - 0.01 < run.contact < touches + 1 / 30 + 0.01
 
 
 def test_fixed_substeps_are_taken_stable_or_not_however_fast_the_cloth():
@@ -48,17 +66,44 @@ def test_fixed_substeps_are_taken_stable_or_not_however_fast_the_cloth():
 
 
 @pytest.mark.parametrize(
-    ('period', 'begins', 'still'), [(2.0, 1.9, False), (0.05, 0.0, False), (30.0, 0.0, True)]
+    ('period', 'begins', 'gust', 'still'),
+    [
+        (2.0, 1.9, 0.1, False),
+        (0.05, 0.0, 0.05, False),
+        (30.0, 0.0, None, True),
+        (0.0, 0.0, None, False),
+    ],
 )
-def test_a_study_starts_just_before_a_gust_that_comes_soon(period, begins, still, tmp_path):
+def test_a_study_starts_just_before_a_gust_that_comes_soon(period, begins, gust, still, tmp_path):
     scene = SMALL.with_parameters({'wind.gust.period': period, 'wind.gust.duration': 0.01})
-    schedule = Schedule(scene, Options(quick=True, seconds=0.1), Cache(tmp_path))
+    if period == 0:  # gusts that move nothing
+        for without in ({'wind.gust.speed': [0.0, 0.0]}, {'wind.air_density': 0.0}):
+            gusts = {'wind.gust.period': 2.0, 'wind.gust.duration': 0.01}
+            assert start_time(SMALL.with_parameters({**gusts, **without})) == 0.0
+    schedule = Schedule(scene, Options(quick=True, seconds=0.2), Cache(tmp_path))
     start = schedule.scenario.start
     assert (schedule.begins, schedule.still) == (pytest.approx(begins), still)
+    assert schedule.gust == (None if gust is None else pytest.approx(gust))
     assert (0.0 if start is None else start.time) == pytest.approx(begins)
 
 
 def test_a_scenario_is_shortened_to_the_budget_once(tmp_path, monkeypatch):
+    found = []
     for budget in (0.0, 1e9):
         monkeypatch.setattr('cloth_ros.tradeoff.schedule._BUDGET', {True: budget})
-        assert Schedule(SMALL, Options(quick=True), Cache(tmp_path)).scenario.samples == 6
+        schedule = Schedule(SMALL, Options(quick=True), Cache(tmp_path))
+        assert (schedule.scenario.samples, schedule.wanted) == (6, pytest.approx(1.0))
+        found.append(schedule.full_cost)
+    assert found[0] == found[1] > schedule.expected
+
+
+def test_pins_of_another_grid_are_named_where_they_have_to_be_written_otherwise():
+    for pins, factor, changed in (
+        (['0,0', '0,-1'], 2.0, False),
+        ([''], 0.5, False),
+        (['0,::5'], 2.0, True),
+        (['5,5'], 0.5, True),
+    ):
+        scene = SMALL.with_parameters({'pins': pins})
+        other = resample_scene(scene, factor)
+        assert changed_pins(scene, other) == (list(other.pins) if changed else [])

@@ -27,9 +27,10 @@ def study(tmp_path_factory) -> tuple[Path, dict]:
     scene = 'sheet: {rows: 12, columns: 12, position: [0.0, 0.0, 1.5]}'
     folder.with_suffix('.yaml').write_text(HEAD + scene)
     arguments = [f'{folder}.yaml', '--quick', '--seconds', '0.4', '--out', str(folder.parent)]
-    bar, expect, done = command._Bar.__call__, command._Bar.expect, []
+    bar, expect, done, texts = command._Bar.__call__, command._Bar.expect, [], []
 
     def progress(self, text, seconds):
+        texts.append(text)
         done.append(0.0 if text else seconds)
         if len(list(folder.glob('parts/*.json'))) == PARTS:
             os.kill(os.getpid(), signal.SIGINT)
@@ -51,6 +52,8 @@ def study(tmp_path_factory) -> tuple[Path, dict]:
         assert command.main(arguments) == 0
     assert {path: path.stat().st_mtime_ns for path in before} == before  # not measured again
     assert sum(done) == pytest.approx(0.0, abs=1e-9)  # all that was expected is done
+    assert texts[0] == 'compiling'
+    assert not any('gust' in text for text in texts)
     return folder, json.loads((folder / 'result.json').read_text())
 
 
