@@ -76,6 +76,11 @@ def masses(cloth: Cloth) -> np.ndarray:
     return sheet.cell_mass * tributary_areas(sheet.rows, sheet.columns)[..., None]
 
 
+def mean_by_mass(cloth: Cloth, field: np.ndarray) -> np.ndarray:
+    """Return the mean of a field, shape (rows, columns, 3), weighted with the masses."""
+    return (masses(cloth) * field).sum((0, 1)) / cloth.scene.sheet.mass
+
+
 def momentum(cloth: Cloth) -> np.ndarray:
     """Return the momentum, kg m/s, shape (3,)."""
     return (masses(cloth) * cloth.velocities).sum((0, 1))

@@ -90,11 +90,8 @@ def _max_speed(velocities):  # type: ignore[no-untyped-def]
 def _travel(points, start):  # type: ignore[no-untyped-def]
     greatest = 0.0
     for i in range(len(points)):
-        u, v, w = (
-            points[i, 0] - start[i, 0],
-            points[i, 1] - start[i, 1],
-            points[i, 2] - start[i, 2],
-        )
+        u, v = points[i, 0] - start[i, 0], points[i, 1] - start[i, 1]
+        w = points[i, 2] - start[i, 2]
         greatest = max(greatest, u * u + v * v + w * w)
     return np.sqrt(greatest)
 
@@ -376,16 +373,9 @@ def resolve_contact(points, velocities, inverse_masses, triangles, radius, frict
                 if gaps[t] <= length * fastest:
                     least = min(-gaps[t] / length, 0.0)
                     pushed |= _apply_impulse(
-                        velocities,
-                        inverse_masses,
-                        triangles,
-                        weights,
-                        normals,
-                        t,
-                        least,
-                        slack,
+                        velocities, inverse_masses, triangles, weights, normals, t, least, slack,
                         friction,
-                    )
+                    )  # fmt: skip
             if not pushed:
                 break
         for i in range(len(points)):
