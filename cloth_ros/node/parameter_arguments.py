@@ -190,8 +190,9 @@ def _ros_text(name: str, value: Any, errors: list[str]) -> str:
             errors.append(str(error))
         else:
             return _typed(converted)
-    if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
-        value = value if all(isinstance(item, int) for item in value) else [*map(float, value)]
+    if isinstance(value, list) and all(map(_is_number, value)):
+        whole = all(isinstance(item, int) for item in value)
+        value = value if whole else [float(item) for item in value]
     if _is_ros_value(value):
         return write(value)
     # What ROS has no type for.  A list with a text is not valid either for any parameter here.
@@ -204,7 +205,7 @@ def _typed(value: Any) -> str:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return _is_ros_value(value) and not isinstance(value, (bool, str, list))
 
 
 def _is_ros_value(value: object) -> bool:
