@@ -202,12 +202,14 @@ def _duration(result: Result) -> list[str]:
         when = f'After {horizon:.2g} s' if horizon > 0 else 'From the start'
         text = f'**{when}** errors are not known: {_why_solutions_part(result)}'
         together = [entry['together'] for entry in recommendation.candidates(result)]
-        if together:
+        if together and min(together) < seconds * (1 - 1e-9):
             text += (
                 f' Settings stay within 1 % of the sheet of the reference for {min(together):.2g} '
-                f'to {max(together):.2g} of {seconds:.2g} s; after that the defaults are as good '
-                'as other settings.'
+                f's at least and {max(together):.2g} s at most; after that the defaults are as '
+                'good as other settings.'
             )
+        elif together:
+            text += ' All settings stay within 1 % of the sheet of the reference to the end.'
         lines.append(text)
     return lines
 

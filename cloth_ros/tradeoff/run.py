@@ -10,12 +10,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..model import Cloth, Snapshot
+from ..model.contact.closest_point import closest_point
 from ..model.grid import Array
+from ..model.kernels.jit import exact
 from ..scene import Scene
 
-# Distance from the sphere, as a share of it, at which the sheet counts as touching: contact leaves
-# a tolerance, and the cells of a moving sheet are not square.
-_TOUCHING = 1.01
+# Up to this multiple of the radius and this gap, m, a sheet counts as touching the sphere: lying
+# on it, it moves a little.
+_TOUCHING, _GAP = 1.01, 1e-4
 
 
 @dataclass(frozen=True)
@@ -84,16 +86,28 @@ def state_at(scene: Scene, begins: float) -> Snapshot | None:
     return cloth.snapshot()
 
 
+@exact
+def _squared_distance(points, rows, columns):  # type: ignore[no-untyped-def]
+    """Return the squared distance, m², of a sheet from the origin; a cell is four triangles."""
+    least = np.inf
+    down, across = min(rows - 1, 1) * columns, min(columns - 1, 1)
+    for row in range(max(rows - 1, 1)):
+        for column in range(max(columns - 1, 1)):
+            a = row * columns + column
+            b, c, d = a + across, a + down, a + down + across
+            for corners in ((a, b, c), (b, c, d), (a, b, d), (a, c, d)):
+                least = min(least, closest_point(points, *corners)[0])
+    return least
+
+
 def touches_sphere(cloth: Cloth) -> bool:
-    """Return whether the sheet touches the sphere, as far as its particles show."""
+    """Return whether the sheet touches the sphere."""
     radius, sheet = cloth.sphere_radius, cloth.scene.sheet
     if radius == 0:
         return False
-    nearest = np.linalg.norm(cloth.positions - np.array(cloth.sphere_position), axis=-1).min()
-    # In the middle of a cell the sphere is half the cell's diagonal away from the particles.
-    dx, dy = sheet.spacing
-    beside = 0.5 * math.hypot(dx * (sheet.columns > 1), dy * (sheet.rows > 1))
-    return bool(nearest <= _TOUCHING * math.hypot(radius, beside))
+    points = (cloth.positions - np.array(cloth.sphere_position)).reshape(-1, 3)
+    distance = math.sqrt(_squared_distance(points, sheet.rows, sheet.columns))
+    return distance <= _TOUCHING * radius + _GAP
 
 
 @dataclass

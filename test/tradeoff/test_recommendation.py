@@ -130,6 +130,23 @@ def test_a_grid_that_is_further_off_never_makes_the_recommendation_dearer(study,
     assert before is None or cost(after) <= cost(before)
 
 
+def test_double_precision_is_not_recommended_for_a_grid_that_is_far_off():
+    settings = [entry(0.05, 0.03), entry(0.53, 0.012, precision='double', tolerance=1e-4)]
+    grids = [grid(16, 0.01, 0.3), grid(32, 0.05, 0.242), grid(63, 0.4, 0.0)]
+    study = result(settings, grids, horizon=0.367, apart=[{'distance': 1e-3, 'time': 0.4}])
+    assert recommendation.choose(study).setting is settings[0]
+    text = recommendation_text(study)
+    for part in (
+        'precision: single, tolerance: 0.001}`, 5 % of real time',
+        '30 mm from time step and precision, 242 mm or more from the grid',
+        'double precision costs more and gains nothing',
+        'take a finer grid: `{sheet.rows: 63',
+        'After 0.37 s',
+        'cloth that folds is chaotic',
+    ):
+        assert part in text
+
+
 def test_of_equal_settings_one_is_recommended_as_a_scene_takes_it():
     cheap, loose = entry(0.5, 1e-5), entry(0.5, 1e-5, tolerance=1.0)
     # A stiff and light cloth is simulated in double precision in any case.

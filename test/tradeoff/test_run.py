@@ -6,7 +6,7 @@ import pytest
 from cloth_ros import Scene
 from cloth_ros.model.resample import resample_scene
 from cloth_ros.tradeoff.cache import Cache
-from cloth_ros.tradeoff.run import Scenario, simulate, state_at
+from cloth_ros.tradeoff.run import Scenario, simulate, state_at, touches_sphere
 from cloth_ros.tradeoff.schedule import Options, Schedule, start_time
 from cloth_ros.tradeoff.settings import (
     Setting,
@@ -53,6 +53,16 @@ def test_contact_is_found_between_particles_as_well():
     run = simulate(cloth, Scenario(0.4, 1 / 30))
     touches = np.sqrt(2 * 0.15 / 9.81)
     assert touches - 0.01 < run.contact < touches + 1 / 30 + 0.01
+
+
+@pytest.mark.parametrize('sides', [(6, 6), (1, 6), (2, 1), (1, 1)])
+def test_a_sheet_touches_a_sphere_wherever_between_its_particles_that_is(sides):
+    sphere = {'sphere.radius': 0.01, 'sphere.position': [0.0, 0.0, 0.0]}
+    sizes = {'sheet.rows': sides[0], 'sheet.columns': sides[1], 'pins': ['']}
+    cloth = make_cloth(Scene().with_parameters({**sphere, **sizes}), fixed(100))
+    for height, touches in ((0.01, True), (-0.01, True), (0.011, False), (0.2, False)):
+        cloth.positions = 3 * cloth.positions * (1, 1, 0) + (0, 0, height)  # ever more stretched
+        assert touches_sphere(cloth) == touches
 
 
 def test_fixed_substeps_are_taken_stable_or_not_however_fast_the_cloth():
