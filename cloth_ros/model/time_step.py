@@ -118,8 +118,6 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
         Of the fastest particle relative to the air, m/s.
 
     """
-    if scene.solver.substeps:
-        return 1
     dx, dy = scene.sheet.spacing
     air = 0.0
     if scene.has_air:

@@ -14,9 +14,10 @@ from builders import ROOT, scene_of
 
 from cloth_ros import Scene
 from cloth_ros.live import kernel_compiler
-from cloth_ros.live.compile_kernels import kinds_of
+from cloth_ros.live.compile_kernels import _small, kinds_of
 from cloth_ros.live.kernel_cache import KernelNotCached, cached_only
 from cloth_ros.live.kernel_compiler import KernelCompiler
+from cloth_ros.model.precision import precision_for
 
 SCENE = scene_of(sphere__radius=0.1, sphere__position=(0.0, 0.0, 9.0))
 
@@ -143,6 +144,26 @@ def test_the_child_process_compiles_what_the_scene_needs():
     child.communicate()
     with cached_only():  # loaded from the cache of the child process
         KernelCompiler(None).load(SCENE, kinds_of(SCENE))
+
+
+SOFT = {f'springs__{kind}': 0.01 for kind in ('structural', 'shear', 'bending')}
+
+
+@pytest.mark.parametrize(
+    ('parameters', 'expected'),
+    [
+        ({}, 'single'),
+        # Substeps of a large, soft sheet are longer than those of a small one.
+        ({'sheet__rows': 200, 'sheet__columns': 200, 'gravity': (0, 0, -0.01), **SOFT}, 'single'),
+        ({'solver__precision': 'double'}, 'double'),
+        ({'drag': 1e-3}, 'double'),
+        ({'sheet__mass': 1e-3, 'springs__damping': 200.0}, 'double'),
+        ({'springs__structural': 1e8, 'sheet__mass': 1e-6, 'sheet__size': (1e3, 1e3)}, 'double'),
+    ],
+)
+def test_kernels_are_compiled_in_the_precision_of_the_scene(parameters, expected):
+    scene = scene_of(**parameters)
+    assert (precision_for(scene), precision_for(_small(scene))) == (expected, expected)
 
 
 def test_kinds_of_kernels():
