@@ -202,7 +202,12 @@ def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
         _positive('--seconds', arguments.seconds)
     _positive('--over', arguments.over)
     if arguments.sphere is not None:
-        checked_vector('--sphere', arguments.sphere, 'sphere.position')
+        try:
+            checked_vector('--sphere', arguments.sphere, 'sphere.position')
+        except ValueError as error:
+            text, _, closest = str(error).partition('; write ')
+            numbers = closest.strip('[]').replace(',', '')
+            raise ValueError(f'{text}; write --sphere {numbers}') from None
     for module in _LIBRARIES:
         if importlib.util.find_spec(module) is None:
             raise ModuleNotFoundError(name=module)

@@ -25,7 +25,8 @@ ERRORS = {
     'good --over 0': '--over is 0',
     'good --over -1e-1': '--over is -0.1, but must be above 0 and at most 60 s; write 1',
     'good --sphere 0 -2E+7 -.5e1': '--sphere is [0.0, -20000000.0, -5.0]',
-    'good --sphere 0 0 -inf': '--sphere is [0.0, 0.0, -inf]',
+    'good --sphere 0 0 -inf': '; write --sphere 0.0 0.0 -1000000.0',
+    'bad --sphere 0.0 0.0 -1000000.0': 'sheet.rows',  # and no longer the option
     'good --sphere 0 0 inf': '--sphere',
     'good good': 'two scenes have the name',
     'good --out bad': '--out bad',
