@@ -60,13 +60,15 @@ def test_a_pause_holds_state_and_stamp_and_a_reset_restores_both(cloth):
 def test_commands_without_effect_say_what_to_set(cloth):
     assert cloth.set(wind__air_density=0.0, sphere__radius=0.0) == ['', '']
     cloth.tick()
-    cloth.send('/wind', wind(z=5.0))
-    cloth.process.wait_for_output('set wind.air_density above 0')
-    text = 'sphere.radius is 0.0, but must be more than 0 to move a sphere'
+    texts = (
+        'set wind.air_density above 0',
+        'sphere.radius is 0.0, but must be more than 0 to move a sphere',
+    )
 
     def reported() -> bool:
-        cloth.send('/sphere_pose', pose(z=1.0))  # again and again: warnings are throttled
-        return text in cloth.process.output
+        cloth.send('/wind', wind(z=5.0))  # again and again: warnings are throttled
+        cloth.send('/sphere_pose', pose(z=1.0))
+        return all(text in cloth.process.output for text in texts)
 
     cloth.probe.spin_until(reported)
 
