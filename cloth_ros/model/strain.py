@@ -16,6 +16,7 @@ onto itself.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -45,17 +46,34 @@ class Strain(NamedTuple):
 
 
 def _dot(first: Array, second: Array) -> Array:
-    total: Array = np.einsum('i...,i...->...', first, second)
+    """Return the inner products of two fields of vectors, shape (3, rows, columns)."""
+    total: Array = first[0] * second[0]
+    for axis in (1, 2):
+        total += first[axis] * second[axis]
     return total
 
 
-def _cosines(first: Array, second: Array) -> Array:
-    """Return the cosines of angles between vectors, shape (3, …); 1 where one has no length."""
-    lengths = np.sqrt(_dot(first, first) * _dot(second, second))
-    cosines: Array = np.ones_like(lengths)
-    np.divide(_dot(first, second), lengths, out=cosines, where=lengths > 0)
-    np.clip(cosines, -1.0, 1.0, out=cosines)
-    return cosines
+def _cosines(products: Array, squares: Array, other_squares: Array) -> Array:
+    """Return cosines from inner products and squared lengths; 1 where a vector has no length."""
+    lengths = np.sqrt(squares * other_squares)
+    if not lengths.all():
+        nothing = lengths == 0
+        products[nothing] = lengths[nothing] = 1.0
+    products /= lengths
+    return products
+
+
+def _along(positions: Array, rest: float) -> tuple[Array, float, float]:
+    """Return the edges along the last axis, their largest stretch and fold angle."""
+    edges = positions[..., 1:] - positions[..., :-1]
+    if not edges.size:
+        return edges, 0.0, 0.0
+    squares = _dot(edges, edges)
+    stretch = max(math.sqrt(squares.max()) / rest - 1.0, 0.0)
+    if edges.shape[-1] < 2:
+        return edges, stretch, 0.0
+    cosines = _cosines(_dot(edges[..., :-1], edges[..., 1:]), squares[..., :-1], squares[..., 1:])
+    return edges, stretch, math.acos(min(max(float(cosines.min()), -1.0), 1.0))
 
 
 def strain(positions: Array, spacing: tuple[float, float]) -> Strain:
@@ -70,23 +88,19 @@ def strain(positions: Array, spacing: tuple[float, float]) -> Strain:
         Rest length along the rows (x) and along the columns (y), m.
 
     """
-    stretch = fold = shear = 0.0
-    edges = (np.diff(positions, axis=2), np.diff(positions, axis=1))
-    before_and_after = (
-        (edges[0][..., :-1], edges[0][..., 1:]),
-        (edges[1][:, :-1], edges[1][:, 1:]),
-    )
-    for each, rest, (before, after) in zip(edges, spacing, before_and_after, strict=True):
-        if each.size:
-            longest = float(np.sqrt(_dot(each, each).max()))
-            stretch = max(stretch, longest / rest - 1.0)
-        if before.size:
-            fold = max(fold, float(np.arccos(_cosines(before, after).min())))
-    if edges[0].size and edges[1].size:
-        along = edges[0][:, :-1] + edges[0][:, 1:]
-        across = edges[1][..., :-1] + edges[1][..., 1:]
+    along, stretch_along, fold_along = _along(positions, spacing[0])
+    across, stretch_across, fold_across = _along(positions.swapaxes(1, 2), spacing[1])
+    across = across.swapaxes(1, 2)
+    shear = 0.0
+    if along.size and across.size:
+        # Twice the mean edges of each cell.
+        along = along[:, :-1] + along[:, 1:]
+        across = across[..., :-1] + across[..., 1:]
+        products = _dot(along, across)
+        np.abs(products, out=products)
         lengths = np.sqrt(_dot(along, along) * _dot(across, across))
-        sines = np.abs(_dot(along, across))
-        np.divide(sines, lengths, out=sines, where=lengths > 0)
-        shear = float(np.arcsin(min(float(sines.max()), 1.0)))
-    return Strain(stretch, shear, fold)
+        np.maximum(lengths, products, out=lengths)  # rounding
+        lengths[lengths == 0] = 1.0
+        products /= lengths
+        shear = math.asin(float(products.max()))
+    return Strain(max(stretch_along, stretch_across), shear, max(fold_along, fold_across))

@@ -29,9 +29,10 @@ def test_a_scene_that_is_not_valid_is_refused_in_one_line(start):
     assert 'Traceback' not in node.output
 
 
-def test_names_that_no_scene_has_are_pointed_out(start_cloth):
-    node = start_cloth(**{'spring.shear': 3.0})
+def test_names_that_no_scene_has_and_values_in_another_unit_are_pointed_out(start_cloth):
+    node = start_cloth(**{'spring.shear': 3.0, 'sheet.mass': 200.0})
     assert "did you mean 'springs.shear'" in node.output
+    assert node.output.count('an areal density of 200 kg/m²') == 1
 
 
 def test_help_names_the_topics_of_a_node(start, start_cloth):
