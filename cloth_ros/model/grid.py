@@ -71,8 +71,8 @@ class Grid:
         """
         Share of a cell's area that belongs to each particle, shape (rows, columns).
 
-        1 inside, 1/2 at an edge and 1/4 at a corner: mass, air and the stiffness of springs are
-        those of the same continuous sheet on every grid, to second order in the spacing.
+        1 inside, 1/2 at an edge and 1/4 at a corner: mass and air are those of the same continuous
+        sheet on every grid, to second order in the spacing.
         """
         return np.outer(tributary_lengths(self.rows), tributary_lengths(self.columns))
 

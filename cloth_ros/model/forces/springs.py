@@ -19,7 +19,9 @@ row and b along its column, each 1, or 1/2 at an edge, so that
 
 with R, C and D the forces of the springs along the row, along the column and along the diagonals
 at full stiffness.  The sheet then moves as a part of an unbounded one that is symmetric about its
-edges, which makes it converge to the continuous sheet with the second power of the spacing.
+edges, and converges to the continuous sheet with the second power of the spacing.  Only bending
+springs reduce the order to one, where they resist stretching: in the first cell from an edge one
+of them acts, where elsewhere two overlap.
 
 X. Provot, "Deformation constraints in a mass-spring model to describe rigid cloth behaviour",
 Graphics Interface 1995.
