@@ -119,7 +119,7 @@ class Pacing:
             count = max(int(affordable), 1)
         return count
 
-    def done(self, count: int, substep: float, wall: float, cpu: float) -> None:
+    def done(self, count: int, substep: float, wall: float, cpu: float = math.inf) -> None:
         """
         Record that substeps were simulated.
 
@@ -128,7 +128,8 @@ class Pacing:
         count, substep
             Their number, and the length of each, s.
         wall, cpu
-            Wall-clock time that they took, and processor time that they got, s.
+            Wall-clock time that they took, and processor time that they got, s; at most the
+            wall-clock time counts.
 
         """
         self.pending -= count * substep
