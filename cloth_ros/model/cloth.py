@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import PARAMETERS, checked_vector, invalid_value_error
+from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
 from .contact.collider import Collider
 from .contact.kinematic_path import extend_path
@@ -216,8 +216,7 @@ class Cloth:
 
     @wind.setter
     def wind(self, velocity: Sequence[float]) -> None:
-        x, y, z = checked_vector('wind', velocity, 'wind.velocity').tolist()
-        self._inputs = replace(self._inputs, wind=(x, y, z))
+        self._inputs = self._inputs.with_wind(velocity)
 
     @property
     def air_velocity(self) -> Vector:
@@ -237,10 +236,11 @@ class Cloth:
             The position is not finite or too far away, or there is no such collider.
 
         """
-        collider, paths = self._collider(name), dict(self._inputs.collider_paths)
+        collider = self._collider(name)
         target = collider.checked_target(position, self._simulation.state.origin)
-        paths[name] = extend_path(collider.position, paths.get(name, ()), target)
-        self._inputs = replace(self._inputs, collider_paths=paths)
+        path = self._inputs.collider_paths.get(name, ())
+        path = extend_path(collider.position, path, target)
+        self._inputs = self._inputs.with_path(name, path)
 
     def _collider(self, name: str) -> Collider:
         """Return a collider; raises ValueError if there is none of this name."""

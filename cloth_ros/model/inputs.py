@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -49,6 +49,22 @@ class Inputs:
         checked = {name: _path(f'waypoint of {name}', path) for name, path in paths.items()}
         object.__setattr__(self, 'wind', _vector('wind', self.wind, 'wind.velocity'))
         object.__setattr__(self, 'collider_paths', checked)
+
+    def with_wind(self, velocity: Sequence[float]) -> Inputs:
+        """Return the inputs with another wind, m/s, which alone is checked."""
+        return self._trusted(_vector('wind', velocity, 'wind.velocity'), self.collider_paths)
+
+    def with_path(self, name: str, path: tuple[Vector, ...]) -> Inputs:
+        """Return the inputs with another path of a collider, whose waypoints are valid."""
+        return self._trusted(self.wind, {**self.collider_paths, name: path})
+
+    @staticmethod
+    def _trusted(wind: Vector, paths: Mapping[str, tuple[Vector, ...]]) -> Inputs:
+        # Not to check 64 waypoints again at each of some thousand commands per second.
+        inputs = object.__new__(Inputs)
+        object.__setattr__(inputs, 'wind', wind)
+        object.__setattr__(inputs, 'collider_paths', paths)
+        return inputs
 
 
 def _vector(name: str, value: Any, parameter: str) -> Vector:
