@@ -17,7 +17,7 @@ from .real_time_advice import advice, remedies
 # Share of the wall-clock time without a processor that is worth to be mentioned.
 _WAITING = 0.2
 # Factors of division and cost of a substep that are not usual.
-_DIVIDED, _DEAR = 1.25, 1.5
+_DIVIDED, _EXPENSIVE = 1.25, 1.5
 # Advice is computed anew if the cost of a substep has changed by this factor: it takes some 0.1 s.
 _CHANGED = 1.5
 
@@ -31,9 +31,9 @@ def _unusual(load: float, usual_load: float, division: float) -> str:
     reasons = []
     if division > _DIVIDED:
         reasons.append(f'fast motion divides substeps by {division:.2g}')
-    dear = load / division / usual_load if usual_load > 0 else 1.0
-    if dear > _DEAR:
-        reasons.append(f'contact makes a substep {dear:.2g} times as expensive')
+    cost = load / division / usual_load if usual_load > 0 else 1.0
+    if cost > _EXPENSIVE:
+        reasons.append(f'contact makes a substep {cost:.2g} times as expensive')
     return ' and '.join(reasons)
 
 

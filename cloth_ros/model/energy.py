@@ -40,13 +40,12 @@ class Energy(NamedTuple):
         return self.kinetic + self.elastic
 
 
-def _lengths(positions: Array, scene: Scene) -> list[tuple[SpringFamily, Array]]:
-    """Return every family of springs, and the present lengths of its springs, m."""
-    result = []
-    for family in spring_families(scene):
-        first, second = spring_ends(family, positions)
-        result.append((family, np.sqrt(np.sum((first - second) ** 2, axis=0))))
-    return result
+def _elastic(family: SpringFamily, positions: Array) -> float:
+    """Return the elastic energy of a family of springs, J."""
+    first, second = spring_ends(family, positions)
+    elongations = np.sqrt(np.sum((first - second) ** 2, axis=0)) - family.rest_length
+    weights = family.weights(*positions.shape[1:])
+    return 0.5 * family.stiffness * float(np.sum(weights * elongations**2))
 
 
 def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
@@ -66,12 +65,7 @@ def energy(positions: Array, velocities: Array, scene: Scene) -> Energy:
     gravity = np.array(scene.gravity)
     return Energy(
         kinetic=0.5 * float(np.sum(masses * velocities**2)),
-        elastic=sum(
-            0.5
-            * family.stiffness
-            * float(np.sum(family.weights(rows, columns) * (lengths - family.rest_length) ** 2))
-            for family, lengths in _lengths(positions, scene)
-        ),
+        elastic=sum(_elastic(family, positions) for family in spring_families(scene)),
         gravitational=-float(gravity @ (masses * positions).sum(axis=(1, 2))),
     )
 

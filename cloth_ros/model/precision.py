@@ -38,6 +38,7 @@ import numpy as np
 
 from ..scene import Scene
 from . import stability
+from .forces.aerodynamics import coefficient_of_flat_sheet
 from .integrators.integrator import dissipation_schedule
 from .time_step import CHECK_INTERVAL, dissipation_interval, substep_division, substep_length
 
@@ -74,14 +75,6 @@ def _wind_speed(scene: Scene) -> float:
     return float(np.linalg.norm(wind.velocity)) or gusts
 
 
-def _air_coefficient(scene: Scene) -> float:
-    """Return κ, 1/m: air accelerates a flat sheet that faces it by κ times the speed squared."""
-    if not scene.has_air:
-        return 0.0
-    wind, (width, height) = scene.wind, scene.sheet.size
-    return wind.air_density * wind.drag_coefficient * width * height / (2 * scene.sheet.mass)
-
-
 def fall_speed(scene: Scene) -> float:
     """Return the speed, m/s, of a fall by the sheet's diagonal without resistance."""
     return math.sqrt(2 * _gravity(scene) * _length(scene))
@@ -90,7 +83,7 @@ def fall_speed(scene: Scene) -> float:
 def terminal_speed(scene: Scene) -> float:
     """Return the speed, m/s, of a steady fall of the flat sheet with drag and air; inf: none."""
     gravity = _gravity(scene)
-    root = math.sqrt(scene.drag**2 + 4 * _air_coefficient(scene) * gravity)
+    root = math.sqrt(scene.drag**2 + 4 * coefficient_of_flat_sheet(scene) * gravity)
     return 2 * gravity / (scene.drag + root) if scene.drag + root > 0 else math.inf
 
 
@@ -120,7 +113,7 @@ def rounding_losses(scene: Scene) -> dict[str, float]:
     if scene.drag > 0:
         losses['drag'] = 1.5 * _ROUNDING / (scene.drag * n * h)
     if wind > 0:
-        losses['wind'] = 2 * _ROUNDING / (_air_coefficient(scene) * wind * n * h)
+        losses['wind'] = 2 * _ROUNDING / (coefficient_of_flat_sheet(scene) * wind * n * h)
     steady = terminal_speed(scene)
     if 0 < steady < fall:
         mean = _MEAN_PINNED if scene.pinned().any() else _MEAN_FREE

@@ -12,6 +12,7 @@ import math
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import stability
+from .forces.aerodynamics import coefficient_of_flat_sheet
 from .integrators import INTEGRATORS, Integrator
 from .integrators.position_verlet import PositionVerlet
 
@@ -118,11 +119,7 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
         Of the fastest particle relative to the air, m/s.
 
     """
-    dx, dy = scene.sheet.spacing
-    air = 0.0
-    if scene.has_air:
-        pressure = 0.5 * scene.wind.air_density * scene.wind.drag_coefficient * airspeed
-        air = pressure * dx * dy / scene.sheet.cell_mass
+    air = coefficient_of_flat_sheet(scene) * airspeed
     seconds = min(
         _IMPULSE,
         _BY_AIR / max(air, 1e-9),

@@ -312,9 +312,9 @@ class Scene(ParameterGroup):
 
     @property
     def has_air(self) -> bool:
-        """True if there is air that acts on the sheet; a single row has no triangles to act on."""
-        triangles = self.sheet.rows > 1 and self.sheet.columns > 1
-        return triangles and self.wind.air_density * self.wind.drag_coefficient > 0
+        """True if there is air that acts on the sheet; a single row has no area to act on."""
+        area = self.sheet.rows > 1 and self.sheet.columns > 1
+        return area and self.wind.air_density * self.wind.drag_coefficient > 0
 
     def pinned(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Return which particles are pinned, bool, shape (rows, columns); raises ValueError."""

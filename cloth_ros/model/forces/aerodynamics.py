@@ -114,5 +114,11 @@ def coefficient(scene: Scene) -> float:
     return 0.5 * wind.air_density * wind.drag_coefficient / scene.sheet.cell_mass
 
 
+def coefficient_of_flat_sheet(scene: Scene) -> float:
+    """Return κ, 1/m: air accelerates a flat sheet that faces it by κ times the speed squared."""
+    dx, dy = scene.sheet.spacing
+    return coefficient(scene) * dx * dy if scene.has_air else 0.0
+
+
 # Bounds that the kernels take: squared distance of ghosts, area without a normal, largest z.
 BOUNDS = (GHOST_DISTANCE_SQUARED, _DEGENERATE, _MOST)
