@@ -11,12 +11,12 @@ from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
 from .contact.collider import Collider
-from .contact.kinematic_path import extend_path
-from .contact.sphere_collider import SphereCollider
+from .contact.kinematic_path import checked_position, extend_path
+from .contact.rigid_collider import RigidCollider
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
-from .inputs import Inputs, Vector
+from .inputs import Inputs, Pose, Vector, unit_quaternion
 from .simulation import Simulation, SubstepObserver
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
@@ -173,7 +173,7 @@ class Cloth:
                     name, after[name], f'{before[name]!r} as before', 'make a new Cloth'
                 )
         wind = self._inputs.wind
-        paths: dict[str, tuple[Vector, ...]] = {}
+        paths: dict[str, tuple[Pose, ...]] = {}
         if scene.wind.velocity != self.scene.wind.velocity:
             wind = scene.wind.velocity
         former, simulation = self.colliders, self._simulation_of(scene)
@@ -181,8 +181,10 @@ class Cloth:
         simulation.substeps = self.substeps
         self._simulation = simulation
         for name, collider in self.colliders.items():
-            if name in former and former[name].initial_position != collider.initial_position:
-                paths[name] = (collider.initial_position,)
+            placed = (*collider.parameters.position, *collider.parameters.orientation)
+            before = former[name].parameters if name in former else collider.parameters
+            if placed != (*before.position, *before.orientation):
+                paths[name] = (placed,)
             elif name in self._inputs.collider_paths:
                 paths[name] = self._inputs.collider_paths[name]
         self._inputs = Inputs(wind, paths)
@@ -223,28 +225,47 @@ class Cloth:
         """Velocity of the air now, gusts included, m/s."""
         return self._simulation.air_velocity(self._inputs.wind)
 
-    def move_collider(self, name: str, position: Sequence[float]) -> None:
+    def move_collider(
+        self,
+        name: str,
+        position: Sequence[float],
+        orientation: Sequence[float] | None = None,
+    ) -> None:
         """
-        Move a collider to `position`, m, which it reaches at the end of the next advance.
+        Move a collider to a pose, which it reaches at the end of the next advance.
 
-        Positions given one after the other before that are passed in their order; of more than
-        64, the last one and others that are spread evenly along the path.
+        Poses given one after the other before that are passed in their order; of more than 64,
+        the last one and others that are spread evenly along the path.
+
+        Parameters
+        ----------
+        name
+            Of the collider.
+        position
+            Of its origin, m.
+        orientation
+            Quaternion x y z w of any length but 0; None: it does not turn.
 
         Raises
         ------
         ValueError
-            The position is not finite or too far away, or there is no such collider.
+            The pose is not finite or too far away, or there is no such collider.
 
         """
         collider = self._collider(name)
-        target = collider.checked_target(position, self._simulation.state.origin)
         path = self._inputs.collider_paths.get(name, ())
-        path = extend_path(collider.position, path, target)
+        size = collider.shape.bounding_radius
+        origin = self._simulation.state.origin
+        target = checked_position(name, position, 'sphere.position', size, origin)
+        turned = (path[-1] if path else collider.pose)[3:]
+        if orientation is not None:
+            turned = unit_quaternion(name, orientation)
+        path = extend_path(collider.pose, path, (*target, *turned))
         self._inputs = self._inputs.with_path(name, path)
 
-    def _collider(self, name: str) -> Collider:
+    def _collider(self, name: str) -> RigidCollider:
         """Return a collider; raises ValueError if there is none of this name."""
-        colliders = self.colliders
+        colliders = self._colliders
         if name not in colliders:
             known = ', '.join(colliders) or 'none'
             raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
@@ -252,11 +273,11 @@ class Cloth:
 
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""
-        if SphereCollider.name not in self.colliders:
+        if 'sphere' not in self.colliders:
             raise invalid_value_error(
                 'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
             )
-        self.move_collider(SphereCollider.name, position)
+        self.move_collider('sphere', position)
 
     # State
 
@@ -307,35 +328,52 @@ class Cloth:
     @property
     def colliders(self) -> Mapping[str, Collider]:
         """Colliders of the scene by name, for reading; `move_collider` moves them."""
-        interactions = self._simulation.interactions
-        return {each.name: each for each in interactions if isinstance(each, Collider)}
+        return self._colliders
+
+    @property
+    def _colliders(self) -> Mapping[str, RigidCollider]:
+        contact = self._simulation.contact
+        return {} if contact is None else contact.colliders
+
+    def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
+        """
+        Return the force, N, and the torque about its origin, N m, of the cloth on a collider.
+
+        Both are means over the last advance, along the axes of the world.
+
+        Raises
+        ------
+        ValueError
+            There is no collider of this name.
+
+        """
+        self._collider(name)
+        assert self._simulation.contact is not None
+        return self._simulation.contact.wrench(name)
 
     @property
     def sphere_position(self) -> Vector:
         """Centre of the sphere now, m; `sphere.position` of the scene if it has none."""
-        sphere = self._sphere
+        sphere = self._colliders.get('sphere')
         return self.scene.sphere.position if sphere is None else sphere.position
 
     @property
     def sphere_radius(self) -> float:
         """Radius of the sphere now, m: one that was placed inside the sheet grows to its own."""
-        return 0.0 if self._sphere is None else self._sphere.radius
+        sphere = self._colliders.get('sphere')
+        return 0.0 if sphere is None else self.scene.sphere.radius - sphere.inset
 
     @property
     def sphere_depth(self) -> float:
         """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
-        return 0.0 if self._sphere is None else self._sphere.max_penetration
-
-    @property
-    def _sphere(self) -> SphereCollider | None:
-        sphere = self.colliders.get(SphereCollider.name)
-        return sphere if isinstance(sphere, SphereCollider) else None
+        sphere = self._colliders.get('sphere')
+        return 0.0 if sphere is None else sphere.max_penetration
 
     def contact_possible(self, seconds: float) -> bool:
         """Return False if no collider can reach the sheet within `seconds` of the next advance."""
-        state, inputs = self._simulation.state, self.inputs
-        return any(
-            each.contact_possible(state, seconds, inputs) for each in self.colliders.values()
+        simulation = self._simulation
+        return simulation.contact is not None and simulation.contact.contact_possible(
+            simulation.state, seconds, self.inputs
         )
 
     # Energy and accuracy
@@ -389,10 +427,9 @@ class Cloth:
         if 'motion' in kinds:
             yield 'motion'
             self._simulation.warm_up()
-        if 'contact' in kinds and self._simulation.interactions:
+        if 'contact' in kinds and self._simulation.contact is not None:
             yield 'contact'
-            for each in self._simulation.interactions:
-                each.warm_up(self._simulation.state.dtype)
+            self._simulation.warm_up_contact()
 
     def time_substep(self) -> float:
         """Return the wall-clock time of a substep without contact, s; compiles if needed."""

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from ..scene.parameter import checked_vector, invalid_value_error
 
 Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+# x y z, m, and a unit quaternion x y z w.
+Pose = tuple[float, float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +29,9 @@ class Inputs:
     wind
         Commanded velocity of the air, m/s; gusts of the scene are added to it.
     collider_paths
-        Waypoints, m, that a collider passes in this advance at constant speed, by the collider's
-        name.  The last one is reached at the end; a collider without waypoints stands still.
+        Waypoints, x y z in m and a quaternion x y z w, that a collider passes in this advance at
+        constant speed, by the collider's name.  The last one is reached at the end; a collider
+        without waypoints stands still.  Waypoints of three numbers mean no rotation.
 
     Raises
     ------
@@ -34,7 +41,7 @@ class Inputs:
     """
 
     wind: Vector = (0.0, 0.0, 0.0)
-    collider_paths: Mapping[str, tuple[Vector, ...]] = field(default_factory=dict)
+    collider_paths: Mapping[str, tuple[Pose, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check and copy the values."""
@@ -54,12 +61,12 @@ class Inputs:
         """Return the inputs with another wind, m/s, which alone is checked."""
         return self._trusted(_vector('wind', velocity, 'wind.velocity'), self.collider_paths)
 
-    def with_path(self, name: str, path: tuple[Vector, ...]) -> Inputs:
+    def with_path(self, name: str, path: tuple[Pose, ...]) -> Inputs:
         """Return the inputs with another path of a collider, whose waypoints are valid."""
         return self._trusted(self.wind, {**self.collider_paths, name: path})
 
     @staticmethod
-    def _trusted(wind: Vector, paths: Mapping[str, tuple[Vector, ...]]) -> Inputs:
+    def _trusted(wind: Vector, paths: Mapping[str, tuple[Pose, ...]]) -> Inputs:
         # Not to check 64 waypoints again at each of some thousand commands per second.
         inputs = object.__new__(Inputs)
         object.__setattr__(inputs, 'wind', wind)
@@ -72,7 +79,39 @@ def _vector(name: str, value: Any, parameter: str) -> Vector:
     return (x, y, z)
 
 
-def _path(name: str, path: object) -> tuple[Vector, ...]:
+def _path(name: str, path: object) -> tuple[Pose, ...]:
     if not isinstance(path, (list, tuple)):
         raise invalid_value_error(name, path, 'a list of positions', 'write [[0.0, 0.0, 1.0]]')
-    return tuple(_vector(name, point, 'sphere.position') for point in path)
+    return tuple(_pose(name, point) for point in path)
+
+
+def _pose(name: str, pose: Any) -> Pose:
+    turned = isinstance(pose, (list, tuple)) and len(pose) == 7
+    x, y, z = _vector(name, pose[:3] if turned else pose, 'sphere.position')
+    return (x, y, z, *unit_quaternion(name, pose[3:] if turned else (0.0, 0.0, 0.0, 1.0)))
+
+
+def unit_quaternion(name: str, quaternion: Any) -> Quaternion:
+    """
+    Return an orientation x y z w with the length 1.
+
+    Raises
+    ------
+    ValueError
+        It is not four finite numbers, or its length is 0.
+
+    """
+    try:
+        given = np.array(quaternion, float)
+    except (TypeError, ValueError):
+        given = np.zeros(0)
+    length = float(np.linalg.norm(given)) if given.shape == (4,) else math.nan
+    if not 1e-9 < length < math.inf:
+        raise invalid_value_error(
+            f'the orientation of {name}',
+            quaternion,
+            'four finite numbers x y z w that are not all zero',
+            'write [0.0, 0.0, 0.0, 1.0] for no rotation',
+        )
+    x, y, z, w = (given / length).tolist()
+    return (x, y, z, w)

@@ -3,8 +3,7 @@ Advance a cloth in time: batches of substeps, each accepted or rolled back.
 
 An advance is cut where the air velocity changes, and then into batches of substeps, after each of
 which the energy monitor accepts the state or has the batch repeated.  Step control divides a batch
-further where the cloth is fast.  Interactions, such as colliders, act after each drift as long as
-they may touch the sheet.
+further where the cloth is fast.  Contact makes the batches in which a collider may touch the sheet.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ import numpy as np
 from ..scene import Scene
 from ..scene.parameter import checked_number
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
+from .contact.contact import Contact, ContactSnapshot
 from .forces.gusts import Gusts
 from .grid import Grid
 from .inputs import Inputs, Vector
@@ -26,7 +26,6 @@ from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
-from .interaction import build_interactions
 from .precision import precision_for
 from .snapshot import Snapshot
 from .stability import rate_bounds
@@ -50,7 +49,7 @@ Steps = Callable[[SubstepBatch], tuple[Step, ...]]
 
 
 class SubstepObserver(Protocol):
-    """Receives every substep of a simulation; contact is then resolved after each drift."""
+    """Receives every substep of a simulation."""
 
     def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
         """Receive the state after a kick and a drift, before contact."""
@@ -82,12 +81,12 @@ class Simulation:
     ----------
     state, time
         Particles, and simulated time, s.
-    interactions
-        What acts on the particles between substeps.
+    contact
+        Contact with the colliders; None: the scene has none.
     substeps
         Number of substeps of the last advance.
     work
-        Most work, J, that air and interactions can have done since the start or the last reset.
+        Most work, J, that air and colliders can have done since the start or the last reset.
 
     """
 
@@ -108,10 +107,12 @@ class Simulation:
         self.state.pin(pinned)
         self.time = self.work = 0.0
         self.substeps = 0
-        self.interactions = build_interactions(scene, self.grid)
+        colliders = scene.all_colliders()
+        self.contact = Contact(scene, self.grid, dtype) if colliders else None
+        self._kinds = self.contact.kinds if self.contact else frozenset()
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
-        self._kick_drift = KickDrift(scene, self.grid, dtype)
+        self._kick_drift = KickDrift(scene, self.grid, dtype, kinds=self._kinds)
         self._integrator: type[Integrator] = integrator_for(scene)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
@@ -130,7 +131,7 @@ class Simulation:
             velocity=state.velocity.copy(),
             time=self.time,
             work=self.work,
-            interactions={each.name: each.snapshot() for each in self.interactions},
+            contact=self._contact_snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
         )
@@ -147,9 +148,8 @@ class Simulation:
         exact = snapshot.scene == self.scene and snapshot.position.dtype == self.state.dtype
         self._restore_motion(snapshot, exact=exact and not resample)
         self.work, self.substeps = snapshot.work, 0
-        for each in self.interactions:
-            if resample or each.name not in snapshot.interactions:
-                each.respawn(self.state)
+        if self.contact is not None and resample:
+            self.contact.respawn(self.state)
         self.state.velocity *= self.state.free
         if self._monitor is not None:
             self._monitor.restore(snapshot.account if exact and not resample else None)
@@ -161,20 +161,21 @@ class Simulation:
         self.state.velocity[...] = snapshot.velocity
         self.time = snapshot.time
         self._take_work()
-        for each in self.interactions:
-            if each.name in snapshot.interactions:
-                each.restore(snapshot.interactions[each.name], self.state, exact=exact)
+        if self.contact is not None and snapshot.contact is not None:
+            self.contact.restore(snapshot.contact, self.state, exact=exact)
+        elif self.contact is not None:
+            self.contact.respawn(self.state)
 
     def accept_assigned_state(self, *, moved: bool) -> None:
         """Continue from a state whose velocities, and if `moved` positions, were assigned."""
         if self._monitor is not None:
             self._monitor.reset()
         self._take_work()
-        for each in self.interactions:
+        if self.contact is not None:
             if moved:
-                each.respawn(self.state)
+                self.contact.respawn(self.state)
             else:
-                each.invalidate()
+                self.contact.invalidate()
 
     # Advance
 
@@ -200,8 +201,8 @@ class Simulation:
     def _advance(self, seconds: float, inputs: Inputs) -> Iterator[None]:
         if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
-        for each in self.interactions:
-            each.begin_advance(self.state, self.time, seconds, inputs)
+        if self.contact is not None:
+            self.contact.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
         end = self.time + seconds
         while self.time < end:
@@ -220,8 +221,8 @@ class Simulation:
             for first in range(0, count, BATCH):
                 yield from self._batch(min(BATCH, count - first), h)
             self.time = change
-        for each in self.interactions:
-            each.end_advance()
+        if self.contact is not None:
+            self.contact.end_advance()
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -239,10 +240,9 @@ class Simulation:
                 monitor.refine(division)
                 self.rollbacks.refined += 1
             yield from self._run(self._kick_drift, steps, count, h, division)
-            # Not `any`: an interrupt while a generator is closed early would be lost.
-            touching = [each for each in self.interactions if each.touched]
+            touched = self.contact is not None and self.contact.touched
             work = self._take_work()
-            if self._accept(monitor, work, touched=bool(touching)):
+            if self._accept(monitor, work, touched=touched):
                 return
         if monitor.rescale_velocities(self.state, work):
             self.rollbacks.limited += 1
@@ -256,7 +256,7 @@ class Simulation:
         self._roll_back()
         self.rollbacks.held += 1
         self.state.velocity[...] = 0
-        self._after_drift(count * h)
+        self._apply(self._kick_drift, (Step(None, h),) * count, count * h)
         self._take_work()
         if not self._accept(monitor, math.inf):  # not even contact alone, from rest
             self._roll_back()
@@ -285,7 +285,7 @@ class Simulation:
             before.velocity,
             self.time,
             self.work,
-            {each.name: each.snapshot() for each in self.interactions},
+            self._contact_snapshot(),
             None,  # the account of the monitor is not rolled back
             _NO_INPUTS,
         )
@@ -295,8 +295,12 @@ class Simulation:
         self._restore_motion(self._batch_start)
 
     def _take_work(self) -> float:
-        """Return the work of air and interactions since the last call, J; inf: unknown."""
-        return self._kick_drift.take_work() + sum(each.take_work() for each in self.interactions)
+        """Return the work of air and colliders since the last call, J; inf: unknown."""
+        work = 0.0 if self.contact is None else self.contact.take_work()
+        return self._kick_drift.take_work() + work
+
+    def _contact_snapshot(self) -> ContactSnapshot | None:
+        return None if self.contact is None else self.contact.snapshot()
 
     def _run(
         self, kick_drift: KickDrift, steps: Steps, count: int, h: float, division: int
@@ -320,29 +324,21 @@ class Simulation:
             raise
 
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
-        """Make kicks and drifts that last for `seconds`, with interactions where they may act."""
+        """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
         state, air_velocity, observer = self.state, self._air_velocity, self._observer
-        # All of them: each counts down its own clearance.
-        near = [each for each in self.interactions if each.may_act(state, seconds)]
-        if observer is not None:
+        contact, time = self.contact, self.time
+        if contact is not None and contact.may_act(state, seconds):
+            contact.act(kick_drift, state, steps, air_velocity, time, observer)
+        elif observer is not None:
             for step in steps:
                 kick_drift.apply(state, (step,), air_velocity)
                 observer.after_drift(state, step, air_velocity)
-                self._after_drift(step.drift)
                 observer.after_contact(state, step)
-        elif near:
-            for step in steps:
-                kick_drift.apply(state, (step,), air_velocity)
-                self._after_drift(step.drift)
         else:
             kick_drift.apply(state, steps, air_velocity)
-            self._after_drift(seconds)
-
-    def _after_drift(self, h: float) -> None:
-        """Let the interactions act on a state that has drifted for `h` s."""
-        for each in self.interactions:
-            each.act(self.state, self.time, h)
-        self.time += h
+            if contact is not None:
+                contact.pass_by(state, time, seconds)
+        self.time = time + seconds
 
     def _damped(self, h: float) -> KickDrift:
         """
@@ -352,7 +348,9 @@ class Simulation:
         """
         elastic, _ = rate_bounds(self.scene)
         drag = DampedEuler.drag(h / (DAMPED_DIVISION * self.step_control.division), elastic)
-        return KickDrift(self.scene, self.grid, self.state.dtype, extra_drag=drag)
+        return KickDrift(
+            self.scene, self.grid, self.state.dtype, extra_drag=drag, kinds=self._kinds
+        )
 
     # Compilation
 
@@ -381,3 +379,8 @@ class Simulation:
         self._kick_drift.take_work()
         self.state.position[...], self.state.velocity[...] = position, velocity
         return seconds
+
+    def warm_up_contact(self) -> None:
+        """Compile the kernels of contact, so that the first contact causes no pause."""
+        assert self.contact is not None
+        self.contact.warm_up(self._kick_drift, self.state)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
-
 import numpy as np
 
 from ..scene import Scene
+from .contact.contact import ContactSnapshot
 from .energy_monitor import EnergyAccount
 from .grid import GHOST, Array, Grid, flat_sheet
 from .inputs import Inputs
@@ -40,8 +38,8 @@ class Snapshot:
         Simulated time, s.
     work
         Of air and colliders since the start, J.
-    interactions
-        Snapshots of colliders and other interactions, by name.
+    contact
+        Snapshot of the colliders; None: the scene has none.
     account
         State of the energy monitor; None if it has not measured yet, or there is none.
     inputs
@@ -56,7 +54,7 @@ class Snapshot:
     velocity: Array
     time: float
     work: float
-    interactions: Mapping[str, Any]
+    contact: ContactSnapshot | None
     account: EnergyAccount | None
     inputs: Inputs
 

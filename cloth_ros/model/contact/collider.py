@@ -1,28 +1,28 @@
-"""Interface of colliders: rigid bodies that move as commanded, unaffected by the cloth."""
+"""A collider as seen by users of a cloth: a rigid body that moves as commanded."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
-from ..grid import Array
-from ..inputs import Inputs, Vector
-from ..state import State
+from ...scene.collider import ColliderParameters
+from ..inputs import Quaternion, Vector
 
 
-@runtime_checkable
 class Collider(Protocol):
     """
-    A collider, as seen by users of a cloth; it is also an `interaction.Interaction`.
+    A collider, for reading.
 
     Attributes
     ----------
     name
         Unique in the scene.
-    shape
-        'sphere', 'box' or 'cylinder'.
-    initial_position
-        Position parameter of the scene, m.
+    type
+        'plane', 'sphere', 'box', 'capsule', 'cylinder' or 'mesh'.
+    parameters
+        From the scene.
+    inset
+        How far inside of its surface the sheet meets it, m: more than 0 while it grows, having
+        been placed inside the sheet.
     max_penetration
         Greatest depth, m, of a triangle in the collider after the last substep, where it is above
         the tolerance.
@@ -30,24 +30,22 @@ class Collider(Protocol):
     """
 
     name: str
-    shape: str
-    initial_position: Vector
+    type: str
+    parameters: ColliderParameters
+    inset: float
     max_penetration: float
 
     @property
     def position(self) -> Vector:
-        """Position in the world now, m."""
+        """Position of the origin in the world now, m."""
         ...
 
     @property
-    def size(self) -> Vector:
-        """Lengths along the axes of the collider now, m."""
+    def orientation(self) -> Quaternion:
+        """Orientation in the world now, quaternion x y z w."""
         ...
 
-    def checked_target(self, position: Sequence[float], sheet: Array) -> Vector:
-        """Return a commanded position, m, near a sheet at `sheet`, m; raises ValueError."""
-        ...
-
-    def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
-        """Return False if no contact is possible within `seconds`; compiles no kernel."""
+    @property
+    def touching(self) -> int:
+        """Number of particles that touched it in the last substep."""
         ...

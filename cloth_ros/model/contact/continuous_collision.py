@@ -1,18 +1,19 @@
 """
-Continuous collision of a sphere with triangles, in the frame of the sphere.
+Continuous collision of a collider with triangles, in the frame of the collider.
 
-All positions and velocities are relative to the sphere, whose centre stays at the origin.
+All positions and velocities are relative to the collider, whose origin stays at that of the frame.
 Within a substep the particles move in several advances.  An advance is as long as the clearance
-allows, but at least half a radius: a point that starts outside the sphere and ends outside of it
-on the other side would have to travel two radii.  So contact at the end of every advance is enough
-that nothing ever passes (conservative advancement; B. Mirtich, "Impulse-based dynamic simulation
-of rigid body systems", 1996, section 2.3), however small or fast the sphere.
+allows, but at least half the radius of the largest ball in the collider: a point that starts
+outside of that ball and ends outside of it on the other side would have to travel two radii.  So
+contact at the end of every advance is enough that nothing ever passes (conservative advancement;
+B. Mirtich, "Impulse-based dynamic simulation of rigid body systems", 1996, section 2.3), however
+small or fast the collider.
 
-At the start of an advance, velocities that would end inside the sphere lose the part that does:
+At the start of an advance, velocities that would end inside the collider lose the part that does:
 inelastic impulses at the closest point of the triangle, shared by its corners by their
-barycentric weights, with Coulomb friction.  No impulse adds energy in the frame of the sphere.
+barycentric weights, with Coulomb friction.  No impulse adds energy in the frame of the collider.
 Penetration that remains because of curvature is projected out at the end of the advance, without
-velocity.  Where even that fails, the corners concerned move with the sphere, which leaves their
+velocity.  Where even that fails, the corners concerned move with the collider, which leaves their
 triangles just as far from it as they were: the end of an advance is never worse than its start,
 except where pinned particles are swept over.  The same ends a substep that would take too many
 advances.
@@ -22,42 +23,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact, exact_subroutine
-from .closest_point import closest_point, normal_of
+from ..kernels.jit import exact_subroutine
+from .deepest_point import deepest_point, plane_is_beyond
 
 _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
-# Advances in one substep, beyond which everything in reach moves with the sphere to its end.
+# Advances in one substep, beyond which everything in reach moves with the collider to its end.
 _MAX_ADVANCES = 200
 # Share of the tolerance by which a contact may deepen in an advance without a further impulse.
 _CREEP = 1e-2
-# Travel of a particle in one advance, in radii, from which its triangles might change sides.
+# Travel of a particle in one advance, in radii of the ball, from which its triangles might change sides.
 _CARRIED = 1.8
-
-
-@exact_subroutine
-def _plane_is_beyond(points, a, b, c, reach):  # type: ignore[no-untyped-def]
-    """Tell if the plane of a triangle is farther from the origin than `reach`; cheap."""
-    nx, ny, nz = normal_of(points, a, b, c)
-    height = nx * points[a, 0] + ny * points[a, 1] + nz * points[a, 2]
-    return height * height > reach * reach * (nx * nx + ny * ny + nz * nz)
-
-
-@exact_subroutine
-def _direction(points, a, b, c, wa, wb, wc, distance, radius):  # type: ignore[no-untyped-def]
-    """Return the unit direction from the origin to the closest point of a triangle."""
-    if distance > 1e-6 * radius:
-        return (
-            (wa * points[a, 0] + wb * points[b, 0] + wc * points[c, 0]) / distance,
-            (wa * points[a, 1] + wb * points[b, 1] + wc * points[c, 1]) / distance,
-            (wa * points[a, 2] + wb * points[b, 2] + wc * points[c, 2]) / distance,
-        )
-    # The origin lies in the triangle, whose normal is taken as the direction.
-    nx, ny, nz = normal_of(points, a, b, c)
-    length = np.sqrt(nx * nx + ny * ny + nz * nz)
-    if length > 0.0:
-        return nx / length, ny / length, nz / length
-    return 0.0, 0.0, 1.0
 
 
 @exact_subroutine
@@ -149,11 +125,11 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
-def _project(points, inverse_masses, triangles, gaps, travel, radius, tolerance):  # type: ignore[no-untyped-def]
+def _project(points, inverse_masses, triangles, gaps, travel, shape, outer, inner, tolerance):  # type: ignore[no-untyped-def]
     """
-    Push triangles out of the sphere until none is deeper than `tolerance`.
+    Push triangles out of the collider until none is deeper than `tolerance`.
 
-    Triangles had at least these `gaps` to the sphere, and no point has gone farther than `travel`
+    Triangles had at least these `gaps` to the collider, and no point has gone farther than `travel`
     since.  Return whether that was done, and whether pins alone hold some triangle deeper.
     """
     weights = np.empty(3)
@@ -164,11 +140,12 @@ def _project(points, inverse_masses, triangles, gaps, travel, radius, tolerance)
             if number == 0 and clear and gaps[t] > travel:  # nothing else has moved it yet
                 continue
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            if _plane_is_beyond(points, a, b, c, radius - tolerance):
+            if plane_is_beyond(points, a, b, c, outer - tolerance):
                 continue
-            squared, weights[0], weights[1], weights[2] = closest_point(points, a, b, c)
-            distance = np.sqrt(squared)
-            if distance >= radius - tolerance:
+            gap, weights[0], weights[1], weights[2], x, y, z = deepest_point(
+                points, a, b, c, shape, -tolerance, 0.1 * tolerance
+            )
+            if gap >= -tolerance:
                 continue
             inverse_mass = 0.0
             most = 0.0
@@ -180,36 +157,35 @@ def _project(points, inverse_masses, triangles, gaps, travel, radius, tolerance)
                 held = True
                 continue
             clear = False
-            normal = _direction(
-                points, a, b, c, weights[0], weights[1], weights[2], distance, radius
-            )
             # Near a pinned corner the lever is long: no more than half a radius at a time.
-            push = min((radius - distance) / inverse_mass, 0.5 * radius / most)
+            push = min(-gap / inverse_mass, 0.5 * inner / most)
             for k in range(3):
                 i = triangles[t, k]
-                for axis in range(3):
-                    points[i, axis] += inverse_masses[i] * weights[k] * push * normal[axis]
+                share = inverse_masses[i] * weights[k] * push
+                points[i, 0] += share * x
+                points[i, 1] += share * y
+                points[i, 2] += share * z
         if clear:
             return True, held
     return False, held
 
 
-@exact
-def max_penetration(points, triangles, radius):  # type: ignore[no-untyped-def]
-    """Return the greatest depth of a triangle in the sphere, or 0."""
-    nearest = radius * radius
+@exact_subroutine
+def deepest(points, triangles, shape, outer, tolerance):  # type: ignore[no-untyped-def]
+    """Return the greatest depth of a triangle in the collider, m, or 0."""
+    depth = 0.0
     for t in range(len(triangles)):
         a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if not _plane_is_beyond(points, a, b, c, radius):
-            nearest = min(nearest, closest_point(points, a, b, c)[0])
-    return radius - np.sqrt(nearest)
+        if not plane_is_beyond(points, a, b, c, outer):
+            depth = max(depth, -deepest_point(points, a, b, c, shape, 0.0, 0.1 * tolerance)[0])
+    return depth
 
 
 @exact_subroutine
-def _move_with_sphere(  # type: ignore[no-untyped-def]
+def _move_with_collider(  # type: ignore[no-untyped-def]
     points, velocities, start, gaps, inverse_masses, triangles, radius, tolerance
 ):
-    """Stop particles that moved too far; move those of too deep triangles with the sphere."""
+    """Stop particles that moved too far; move those of too deep triangles with it."""
     carried = np.empty(len(inverse_masses), np.bool_)
     for i in range(len(points)):
         carried[i] = inverse_masses[i] == 0.0
@@ -217,10 +193,10 @@ def _move_with_sphere(  # type: ignore[no-untyped-def]
         for axis in range(3):
             travel += (points[i, axis] - start[i, axis]) ** 2
         travel = np.sqrt(travel)
-        if travel > _CARRIED * radius:
+        if travel > _CARRIED * inner:
             for axis in range(3):
                 displacement = points[i, axis] - start[i, axis]
-                points[i, axis] = start[i, axis] + displacement * _CARRIED * radius / travel
+                points[i, axis] = start[i, axis] + displacement * _CARRIED * inner / travel
                 velocities[i, axis] = 0.0
     changed = True
     while changed:
@@ -230,7 +206,8 @@ def _move_with_sphere(  # type: ignore[no-untyped-def]
             # What was too deep before the advance is less deep where it was projected to.
             if gaps[t] < -2.0 * tolerance:
                 continue
-            if closest_point(points, a, b, c)[0] >= (radius - tolerance) ** 2:
+            gap = deepest_point(points, a, b, c, shape, -tolerance, 0.1 * tolerance)[0]
+            if gap >= -tolerance:
                 continue
             for k in range(3):
                 i = triangles[t, k]
@@ -243,9 +220,9 @@ def _move_with_sphere(  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
-def _leave_to_pins(points, velocities, inverse_masses, triangles, radius, h, tolerance):  # type: ignore[no-untyped-def]
+def _leave_to_pins(points, velocities, inverse_masses, triangles, shape, h, tolerance):  # type: ignore[no-untyped-def]
     """
-    Return the triangles without the pinned corners and edges in the sphere, and how many had any.
+    Return the triangles without the pinned corners and edges in the collider, and how many had any.
 
     Nothing can push these out, and what is free of their triangles would be thrown about in vain:
     of those an edge or a corner remains.
@@ -269,15 +246,15 @@ def _leave_to_pins(points, velocities, inverse_masses, triangles, radius, h, tol
         if pinned == 0 or other < 0:
             continue
         b, c = min(1, pinned - 1), pinned - 1
-        nearest = closest_point(place, 0, b, c)[0]
-        # Pins all move alike, seen from the sphere.
+        nearest = deepest_point(place, 0, b, c, shape, -tolerance, 0.1 * tolerance)[0]
+        # Pins move so little in a substep that they all move alike.
         for k in range(3):
             if inverse_masses[triangles[t, k]] == 0.0:
                 for corner in range(3):
                     _add_row(place, corner, h, velocities, triangles[t, k])
                 break
-        nearest = min(nearest, closest_point(place, 0, b, c)[0])
-        if nearest < (radius - tolerance) ** 2:
+        moved = deepest_point(place, 0, b, c, shape, -tolerance, 0.1 * tolerance)[0]
+        if min(nearest, moved) < -tolerance:
             if found == 0:
                 kept = np.empty_like(triangles)
                 for n in range(len(triangles)):
@@ -290,20 +267,28 @@ def _leave_to_pins(points, velocities, inverse_masses, triangles, radius, h, tol
 
 
 @exact_subroutine
-def resolve_contact(points, velocities, inverse_masses, triangles, radius, friction, h, tolerance):  # type: ignore[no-untyped-def]
+def resolve_contact(
+    points, velocities, inverse_masses, triangles, shape, outer, inner, friction, h, tolerance
+):  # type: ignore[no-untyped-def]
     """
-    Move points through `h` seconds past a sphere of `radius` at the origin.
+    Move points through `h` seconds past a collider.
 
     Parameters
     ----------
     points, velocities
-        m and m/s, relative to the sphere, shape (n, 3), double precision; changed in place.
+        m and m/s, in the frame of the collider, shape (n, 3), double precision; changed in place.
     inverse_masses
         In any unit; 0 for pinned particles; shape (n,).
     triangles
-        Corners as indices into the points, shape (m, 3); equal corners as in `closest_point`.
+        Corners as indices into the points, shape (m, 3); equal corners as in `deepest_point`.
+    shape
+        Kind, row and fields, as in `deepest_point`.
+    outer, inner
+        Radii of a ball about the origin that contains the collider, and of one within it, m.
     friction
         Coulomb's coefficient.
+    h
+        Length of the substep, s.
     tolerance
         Depth, m, that is not corrected.
 
@@ -316,7 +301,7 @@ def resolve_contact(points, velocities, inverse_masses, triangles, radius, frict
     """
     whole = triangles
     triangles, pinned = _leave_to_pins(
-        points, velocities, inverse_masses, whole, radius, h, tolerance
+        points, velocities, inverse_masses, whole, shape, h, tolerance
     )
     weights = np.empty((len(triangles), 3))
     normals = np.empty((len(triangles), 3))
@@ -344,17 +329,16 @@ def resolve_contact(points, velocities, inverse_masses, triangles, radius, frict
         for t in range(len(triangles)):
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
             gaps[t] = reach  # or more
-            if _plane_is_beyond(points, a, b, c, radius + reach):
+            if plane_is_beyond(points, a, b, c, outer + reach):
                 continue
-            squared, wa, wb, wc = closest_point(points, a, b, c)
-            distance = np.sqrt(squared)
-            gaps[t] = distance - radius
+            gaps[t], wa, wb, wc, x, y, z = deepest_point(
+                points, a, b, c, shape, reach, 0.1 * tolerance
+            )
             if gaps[t] <= reach:
                 clearance = min(clearance, gaps[t])
                 if _is_claimed(claimed, advance, a, b, c, wa, wb, wc):
                     continue
                 weights[t, 0], weights[t, 1], weights[t, 2] = wa, wb, wc
-                x, y, z = _direction(points, a, b, c, wa, wb, wc, distance, radius)
                 normals[t, 0], normals[t, 1], normals[t, 2] = x, y, z
                 near[count] = t
                 count += 1
@@ -363,7 +347,7 @@ def resolve_contact(points, velocities, inverse_masses, triangles, radius, frict
                 _add_row(points, i, left, velocities, i)
             break
         touched = True
-        allowed = max(clearance, 0.5 * radius)
+        allowed = max(clearance, 0.5 * inner)
         length = left if reach <= allowed else allowed / fastest
         slack = _CREEP * tolerance / length
         for _ in range(_VELOCITY_PASSES):
@@ -383,17 +367,18 @@ def resolve_contact(points, velocities, inverse_masses, triangles, radius, frict
             _add_row(points, i, length, velocities, i)
         travel = _travel(points, start)
         resolved, held = _project(
-            points, inverse_masses, triangles, gaps, travel, radius, tolerance
+            points, inverse_masses, triangles, gaps, travel, shape, outer, inner, tolerance
         )
-        displaced = clearance < radius and _travel(points, start) > _CARRIED * radius
+        displaced = clearance < inner and _travel(points, start) > _CARRIED * inner
         if displaced or not resolved:
-            _move_with_sphere(
-                points, velocities, start, gaps, inverse_masses, triangles, radius, tolerance
-            )
+            _move_with_collider(
+                points, velocities, start, gaps, inverse_masses, triangles, shape, inner,
+                tolerance,
+            )  # fmt: skip
         forced = forced or displaced or not resolved
         deep = pinned > 0 or held or displaced or not resolved
         left -= length
-    depth = max_penetration(points, whole, radius) if deep else 0.0
+    depth = deepest(points, whole, shape, outer, tolerance) if deep else 0.0
     if depth <= 2.0 * tolerance:
         depth = 0.0
     return depth, touched, forced

@@ -1,7 +1,8 @@
-"""Path of a collider in one advance: a polyline of waypoints, passed at constant speed."""
+"""Path of a collider in one advance: poses, passed at constant speed, and turned evenly between."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from ...scene.parameter import checked_vector, invalid_value_error
 from ...scene.yaml_text import write
 from ..grid import Array
-from ..inputs import Vector
+from ..inputs import Pose, Vector
 
 # Greatest distance, m, of a collider's surface from the sheet that can be commanded.
 _FARTHEST = 1000.0
@@ -17,52 +18,98 @@ _FARTHEST = 1000.0
 MAX_WAYPOINTS = 64
 
 
+def rotation_matrices(quaternions: Array) -> Array:
+    """Return the rotation matrices, shape (n, 3, 3), of unit quaternions x y z w, (n, 4)."""
+    x, y, z, w = np.moveaxis(quaternions, -1, 0)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _angle(first: Array, second: Array) -> float:
+    """Return the angle, rad, between two orientations, 0 to π."""
+    return 2 * math.acos(min(abs(float(first @ second)), 1.0))
+
+
 class KinematicPath:
     """
-    A polyline, passed at constant speed.
+    A polyline of poses, passed at constant speed; each turn takes as long as its piece of path.
 
     Parameters
     ----------
-    points
-        m, each of shape (3,); the first is the start.
+    poses
+        x y z, m, and unit quaternion x y z w, each; the first is the start.
     start, seconds
         Time at the start, and duration, s.
+    radius
+        m; what a turn moves at this distance counts as length of the path.
 
     Attributes
     ----------
     end
-        Last point, m, shape (3,).
-    speed
-        m/s.
+        Last pose, shape (7,).
+    length
+        Of the path of the origin, m.
+    turned
+        Sum of all turns, rad.
 
     """
 
-    def __init__(self, points: Sequence[Array], start: float, seconds: float) -> None:
-        corners = np.array(points, float)
-        self.end: Array = corners[-1]
-        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
-        distance = np.concatenate([[0.0], np.cumsum(lengths)])
-        self.speed = float(distance[-1] / seconds)
-        self._straight: Array | None = None
-        if len(points) <= 2:
-            self._straight = (corners[-1] - corners[0]) / seconds
-        elif distance[-1] > 0:
-            self._corners = corners
-            self._times = start + seconds * distance / distance[-1]
-        else:
-            self._straight = np.zeros(3)
+    def __init__(
+        self, poses: Sequence[Sequence[float]], start: float, seconds: float, radius: float
+    ) -> None:
+        corners = np.array(poses, float)
+        for n in range(1, len(corners)):  # q and −q are the same orientation: take the short way
+            if corners[n, 3:] @ corners[n - 1, 3:] < 0:
+                corners[n, 3:] *= -1
+        self.end: Array = corners[-1].copy()
+        lengths = np.linalg.norm(np.diff(corners[:, :3], axis=0), axis=1)
+        pairs = zip(corners[:-1, 3:], corners[1:, 3:], strict=True)
+        angles = np.array([_angle(first, second) for first, second in pairs])
+        self.length, self.turned = float(lengths.sum()), float(angles.sum())
+        weights = np.hypot(lengths, radius * angles)
+        along = np.concatenate([[0.0], np.cumsum(weights)])
+        self._corners, self._angles = corners, angles
+        self._times: Array | None = None
+        if along[-1] > 0:
+            self._times = start + seconds * along / along[-1]
 
-    def _point(self, time: float) -> Array:
-        return np.array([np.interp(time, self._times, axis) for axis in self._corners.T])
+    @property
+    def moves(self) -> bool:
+        """True if the pose changes."""
+        return self._times is not None
 
-    def velocity(self, time: float, h: float) -> Array:
-        """Return the mean velocity, m/s, shape (3,), over the `h` s from `time` on."""
-        if self._straight is not None:
-            return self._straight
-        return (self._point(time + h) - self._point(time)) / h
+    def poses(self, times: Array) -> Array:
+        """Return the poses at some times, s, shape (n, 7)."""
+        if self._times is None:
+            return np.tile(self.end, (len(times), 1))
+        corners = self._corners
+        poses = np.empty((len(times), 7))
+        for axis in range(3):
+            poses[:, axis] = np.interp(times, self._times, corners[:, axis])
+        if not self.turned:
+            poses[:, 3:] = self.end[3:]
+            return poses
+        last = len(corners) - 2
+        n = np.clip(np.searchsorted(self._times, times, side='right') - 1, 0, last)
+        duration = self._times[n + 1] - self._times[n]
+        share = np.clip((times - self._times[n]) / np.where(duration > 0, duration, 1.0), 0, 1)
+        share = np.where(duration > 0, share, 1.0)
+        # Spherical linear interpolation; linear where the angle is small.
+        half = 0.5 * self._angles[n]
+        small = half < 1e-6
+        sine = np.where(small, 1.0, np.sin(half))
+        first = np.where(small, 1 - share, np.sin((1 - share) * half) / sine)
+        second = np.where(small, share, np.sin(share * half) / sine)
+        turned = first[:, None] * corners[n, 3:] + second[:, None] * corners[n + 1, 3:]
+        poses[:, 3:] = turned / np.linalg.norm(turned, axis=1)[:, None]
+        return poses
 
 
-def extend_path(start: Vector, path: Sequence[Vector], target: Vector) -> tuple[Vector, ...]:
+def extend_path(start: Pose, path: Sequence[Pose], target: Pose) -> tuple[Pose, ...]:
     """
     Return a path with one more waypoint at its end, thinned evenly to `MAX_WAYPOINTS`.
 
@@ -72,22 +119,23 @@ def extend_path(start: Vector, path: Sequence[Vector], target: Vector) -> tuple[
     Parameters
     ----------
     start
-        Where the path begins, m; not a waypoint itself.
+        Where the path begins; not a waypoint itself.
     path
-        Waypoints so far, m.
+        Waypoints so far.
     target
-        The new one, m; it is always kept.
+        The new one; it is always kept.
 
     """
     extended = (*path, target)
     if len(extended) <= MAX_WAYPOINTS:
         return extended
+    # Quaternions count as well, as if they were metres: a path may be a turn alone.
     lengths = np.linalg.norm(np.diff((start, *extended), axis=0), axis=1)
     left_out = int(np.argmin(lengths[:-1] + lengths[1:]))
     return extended[:left_out] + extended[left_out + 1 :]
 
 
-def checked_target(
+def checked_position(
     name: str, position: Sequence[float], parameter: str, size: float, sheet: Array
 ) -> Vector:
     """
@@ -102,7 +150,7 @@ def checked_target(
     parameter
         Scene parameter whose range applies.
     size
-        Distance of the collider's surface from its centre, m.
+        Distance of the collider's surface from its origin, m; inf: any position is near enough.
     sheet
         Position of the sheet, m, shape (3,).
 
@@ -124,3 +172,4 @@ def checked_target(
         )
     x, y, z = centre.tolist()
     return (x, y, z)
+

@@ -10,12 +10,14 @@ keeps more digits of slow dissipation.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from ...scene import Scene
+from ..contact.contact_table import ContactTable, no_contacts
 from ..forces import aerodynamics, springs
 from ..grid import Array, Grid
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
@@ -29,6 +31,7 @@ _MIN_THREADED = 4096
 _MAX_TABLES = 64
 
 Vector = tuple[float, float, float]
+_STILL: Vector = (0.0, 0.0, 0.0)
 
 
 class KickDrift:
@@ -54,6 +57,8 @@ class KickDrift:
         True to accelerate and kick in separate loops, for callers of `accelerate`.
     extra_drag
         Decay rate of velocity on top of the scene's, 1/s; with it, both act in every kick.
+    kinds
+        Kinds of the shapes that the sheet may touch, see `contact.shapes`.
 
     Attributes
     ----------
@@ -72,6 +77,7 @@ class KickDrift:
         *,
         separate: bool = False,
         extra_drag: float = 0.0,
+        kinds: frozenset[int] = frozenset(),
     ) -> None:
         self._separate = separate
         present = {family.name for family in springs.spring_families(scene)}
@@ -87,13 +93,16 @@ class KickDrift:
         threaded = grid.rows * grid.columns >= _MIN_THREADED
         self._threads = shared_thread_pool(scene.solver.threads if threaded else 1)
         separate = separate or self.dissipative
-        self._kernel = kernel.compose(
+        compose = functools.partial(
+            kernel.compose,
             *(name in present for name in springs.SPRING_TYPES),
             self.damped,
             scene.has_air,
             separate,
             dtype is np.float64,
         )
+        self._kernel = compose()
+        self._contact_kernel = compose(kinds) if kinds else self._kernel
         self._tables: dict[tuple[Step, ...], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
@@ -101,22 +110,33 @@ class KickDrift:
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
+        self._no_contacts = no_contacts(dtype)
         self._work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 
-    def apply(self, state: State, steps: tuple[Step, ...], air_velocity: Vector) -> None:
-        """Make the kicks and drifts of `steps` in air of a velocity, m/s."""
+    def apply(
+        self,
+        state: State,
+        steps: tuple[Step, ...],
+        air_velocity: Vector,
+        contacts: ContactTable | None = None,
+    ) -> None:
+        """Make the kicks and drifts of `steps` in air of a velocity, m/s, with contact if any."""
         table = self._tables.get(steps)
         if table is None:
             if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
             table = np.array([row for step in steps for row in self.operations(step)])
             self._tables[steps] = table
-        self.run(state, table, air_velocity)
+        self.run(state, table, air_velocity, contacts)
+
+    def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:
+        """Resolve the contact of a state that has just drifted for `h` s."""
+        self.run(state, np.array([(kernel.RESOLVE, 1.0, 0.0, h, 0.0, 0.0)]), _STILL, contacts)
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; needs `separate`."""
         table = np.array([(kernel.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)])
-        self.run(state, table, (0.0, 0.0, 0.0))
+        self.run(state, table, _STILL)
 
     def take_work(self) -> float:
         """Return the work, J, of the air on what it has accelerated since the last call."""
@@ -143,12 +163,18 @@ class KickDrift:
             yield (kernel.ACCELERATE_AT_MIDPOINT, 1.0, 0.0, 0.0, dashpots, 0.0)
         yield (kernel.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
 
-    def run(self, state: State, table: Array, air_velocity: Vector) -> None:
+    def run(
+        self,
+        state: State,
+        table: Array,
+        air_velocity: Vector,
+        contacts: ContactTable | None = None,
+    ) -> None:
         """Run the operations of a table, shape (n, 6)."""
         x, y, z = air_velocity
         number = state.dtype
         self._threads.run(
-            self._kernel,
+            self._kernel if contacts is None else self._contact_kernel,
             *self._range,
             table,
             state.position,
@@ -161,6 +187,7 @@ class KickDrift:
             (number(x), number(y), number(z)),
             self._bounds,
             self._work,
+            self._no_contacts if contacts is None else contacts,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
             state.position, state.back_buffer = state.back_buffer, state.position

@@ -13,10 +13,12 @@ import functools
 
 import numpy as np
 
+from ..contact import particle_contact
 from ..forces.aerodynamics import air_impulse, area_vector
 from ..forces.springs import spring_acceleration
 from ..kernels.jit import Kernel, inlined, kernel
 from ..kernels.thread_pool import (
+    CHUNK,
     barrier,
     chunk_length,
     claim_chunk,
@@ -33,6 +35,7 @@ KICK = 2  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
 ACCELERATE = 4  # by springs, gravity and dashpots
 ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
+RESOLVE = 6  # contact alone, after a drift that has been made
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -110,6 +113,7 @@ def compose(
     air: bool,
     separate: bool,
     double: bool,
+    kinds: frozenset[int] = frozenset(),
 ) -> Kernel:
     """
     Compile the kernel for the effects that a scene has.
@@ -122,19 +126,25 @@ def compose(
         True to compile the operations that accelerate and kick in separate loops.
     double
         True for double precision.
+    kinds
+        Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
 
     """
+    contact = bool(kinds)
+    resolve = particle_contact.compose(kinds)
 
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
+        velocity, midpoint, acceleration, mobility, springs, air_velocity, bounds, work, contacts,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
         row = np.uint64(stride)
-        size = chunk_length(threads, begin, end)
+        # With contact, chunks of blocks.
+        size = CHUNK if contact else chunk_length(threads, begin, end)
         chunks = (end - begin + size - 1) // size
+        drifts = 0
         for n in range(len(table)):
             operation = int(table[n, _OPERATION])
             decay, gain = number(table[n, _DECAY]), number(table[n, _GAIN])
@@ -185,10 +195,21 @@ def compose(
                         _update_and_drift(
                             first, last, position, back_buffer, velocity, midpoint, h
                         )
+                if contact:
+                    before, after = position, back_buffer
+                    if operation == RESOLVE:
+                        before, after = back_buffer, position
+                    if operation <= KICK or operation == RESOLVE:
+                        gravity = (springs[0], springs[1], springs[2])
+                        resolve(
+                            begin, first, last, drifts, h, before, after, velocity, mobility,
+                            gravity, contacts,
+                        )  # fmt: skip
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)
             barrier(counters, chunks, n)
             if operation <= KICK:
                 position, back_buffer = back_buffer, position
+                drifts += 1
 
     return make

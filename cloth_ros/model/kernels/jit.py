@@ -81,6 +81,20 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
+def _closure(function: Any) -> Any:
+    """
+    Return the values in the closure of a function, and in those of functions among them.
+
+    Numba would take a function there by a number that differs in each process.
+    """
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    functions = [getattr(value, 'py_func', None) for value in cells]
+    return tuple(
+        repr(value) if inner is None else (inner.__module__, inner.__qualname__, _closure(inner))
+        for value, inner in zip(cells, functions, strict=True)
+    )
+
+
 class _Cache(FunctionCache):
     """Cache of the machine code of a kernel on disk, for the next start."""
 
@@ -93,6 +107,10 @@ class _Cache(FunctionCache):
         # kill in between, or beside another process, a number may name other code.
         self._code = f'{files._index_name}.{{}}.nbc'
         files._data_name = lambda _: self._code.format(uuid.uuid4().hex)
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        """Return the key of a kernel: its types, the processor, and the values in its closure."""
+        return (sig, codegen.magic_tuple(), _closure(self._py_func))
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the cached code, or None; code that cannot be read is compiled again."""
@@ -146,6 +164,18 @@ def inlined(function: Kernel) -> Kernel:
     A call that the compiler does not inline keeps the loop around it scalar.
     """
     return _compiled(function, fastmath=_RELAXED, forceinline=True, **_NOT_FROM_PYTHON)
+
+
+def inlined_variant(function: Kernel) -> Kernel:
+    """
+    Compile one of several variants of a function that is always inlined, each with other constants.
+
+    It is not cached on disk, because it is a part of the kernels that call it, which are.
+    """
+    compiled: Kernel = numba.njit(
+        error_model='numpy', fastmath=_RELAXED, forceinline=True, **_NOT_FROM_PYTHON
+    )(function)
+    return compiled
 
 
 def exact(function: Kernel) -> Kernel:

@@ -1,0 +1,281 @@
+"""A collider: its shape, its motion in an advance, and the contact forces on it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...scene.collider import ColliderParameters
+from ..grid import Array
+from ..inputs import Inputs, Pose, Quaternion, Vector
+from .kinematic_path import KinematicPath, rotation_matrices
+from .particle_contact import (
+    FRICTION,
+    IMPULSE,
+    INSET,
+    MOMENT,
+    POINT,
+    ROTATION,
+    ROW,
+    SHAPE,
+    SLOP,
+    SPIN,
+    SUMS,
+    TOUCHED,
+    TOUCHING,
+    VELOCITY,
+    WORK,
+)
+from .shapes import shape_of
+from .shapes.capsule import capsule
+from .shapes.shape import COMMON, CONSTANTS
+
+# Speed, m/s, at which a collider grows that was placed inside the sheet.
+GROWTH = 1.0
+# m/s; a faster collider is not moved through the sheet, but placed where it is commanded to be.
+_FASTEST = 1e6
+# Depth that triangles are left in a collider, as a share of its inner radius, and in m.
+_TOLERANCE_SHARE, _TOLERANCE = 1e-3, 1e-5
+# Roundings of a coordinate within which a particle counts as touching.
+_ROUNDINGS = 8
+
+
+class ColliderSnapshot(NamedTuple):
+    """Everything about a collider that later results depend on; see `RigidCollider`."""
+
+    parameters: ColliderParameters
+    pose: Pose
+    inset: float
+    max_penetration: float
+    clearance: float
+
+
+class RigidCollider:
+    """
+    A rigid body that moves as commanded; a `Collider`.
+
+    Attributes
+    ----------
+    parameters
+        From the scene.
+    shape
+        Its shape.
+    pose
+        Origin in the world, m, and orientation, x y z w.
+    inset
+        How far inside of the surface the sheet meets it, m: 0, or more while it grows.
+    max_penetration
+        Greatest depth, m, of a triangle after the last substep, where it is above the tolerance:
+        pins hold the sheet inside the collider.
+    tolerance
+        Depth, m, that is not corrected.
+    clearance
+        Distance, m, by which collider and sheet can still approach each other without a touch; 0
+        or less if it is unknown.
+
+    """
+
+    def __init__(self, parameters: ColliderParameters, extent: float, dtype: type) -> None:
+        self.parameters = parameters
+        self.name, self.type = parameters.name, parameters.type
+        self.shape = shape_of(parameters)
+        # About the origin: a sphere has no other reference point than on its surface.
+        self._triangle_shape = self.shape
+        if parameters.type == 'sphere':
+            self._triangle_shape = capsule(parameters.radius, 0.0)
+        self.tolerance = min(_TOLERANCE_SHARE * self.shape.inner_radius, _TOLERANCE)
+        self.inset = self.max_penetration = 0.0
+        self.clearance = 0.0
+        self.placed = True
+        self.pose: Pose = (*parameters.position, *parameters.orientation)
+        self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
+        self._size = min(self.shape.bounding_radius, extent)
+        self._slop = _ROUNDINGS * float(np.finfo(dtype).eps) * (self._size + extent)
+        self._seconds = 0.0
+        self.sums = np.zeros(SUMS)
+        self._total = np.zeros(6)  # impulse, and moment about the origin, in this advance
+
+    @property
+    def position(self) -> Vector:
+        """Origin in the world, m."""
+        return self.pose[:3]
+
+    @property
+    def orientation(self) -> Quaternion:
+        """Orientation in the world, quaternion x y z w."""
+        return self.pose[3:]
+
+    @property
+    def normal(self) -> Array:
+        """Direction of its local z axis, shape (3,): the normal of a plane."""
+        axis: Array = rotation_matrices(np.array([self.orientation]))[0][:, 2]
+        return axis
+
+    @property
+    def kind(self) -> int:
+        """Number of the branch in the kernels."""
+        return self.shape.kind
+
+    @property
+    def triangle_kind(self) -> int:
+        """The same, in the kernels of triangles."""
+        return self._triangle_shape.kind
+
+    @property
+    def grows(self) -> bool:
+        """True if it was placed inside the sheet, and has not reached its size."""
+        return self.inset > 0
+
+    @property
+    def touching(self) -> int:
+        """Number of particles that touched it in the last substep."""
+        return int(self.sums[TOUCHING])
+
+    @property
+    def speed(self) -> float:
+        """Greatest speed, m/s, of its origin in this advance."""
+        return self.path.length / self._seconds if self._seconds else 0.0
+
+    @property
+    def spin(self) -> float:
+        """Rate at which it turns in this advance, rad/s."""
+        return self.path.turned / self._seconds if self._seconds else 0.0
+
+    def surface_speed(self, distance: float) -> float:
+        """Return a bound of the speed, m/s, of its points up to `distance`, m, from its origin."""
+        return self.speed + self.spin * min(self.shape.bounding_radius, distance)
+
+    # Motion
+
+    def begin_advance(self, time: float, seconds: float, inputs: Inputs) -> bool:
+        """Start on the path that is commanded; return False if it is too fast to be followed."""
+        poses = [self.pose, *inputs.collider_paths.get(self.name, ())]
+        self.path = KinematicPath(poses, time, seconds, self._size)
+        self._seconds = seconds
+        self._total[:] = 0
+        if self.path.length <= _FASTEST * seconds:
+            return True
+        self.pose = self._last()
+        self.path = KinematicPath([self.pose], time, seconds, self._size)
+        return False
+
+    def _last(self) -> Pose:
+        x, y, z, a, b, c, d = self.path.end.tolist()
+        return (x, y, z, a, b, c, d)
+
+    def move_to(self, time: float) -> None:
+        """Take the pose at a time in the advance, s."""
+        if self.path.moves:
+            x, y, z, a, b, c, d = self.path.poses(np.array([time]))[0].tolist()
+            self.pose = (x, y, z, a, b, c, d)
+
+    def end_advance(self) -> None:
+        """Take the pose at the end of the path."""
+        self.pose = self._last()
+
+    def grow(self, seconds: float) -> None:
+        """Let the surface move out for some time, s, if it is not where it should be."""
+        self.inset = max(self.inset - GROWTH * seconds, 0.0)
+
+    # What the kernels take
+
+    def rows(self, origin: Array, times: Array, *, triangles: bool = False) -> Array:
+        """
+        Return the rows for the kernels, see `particle_contact`.
+
+        Parameters
+        ----------
+        origin
+            Of the state, m.
+        times
+            At the start, and after each drift, s.
+        triangles
+            True for rows about the origin of the collider, as kernels of triangles take them.
+
+        Returns
+        -------
+        array
+            One row for each drift, shape (len(times) - 1, ROW); only one if nothing changes.
+
+        """
+        count = len(times) - 1
+        still = not self.path.moves
+        if still and not self.grows:
+            count = 1
+        rows = np.zeros((count, ROW))
+        poses = self.path.poses(times[: count + 1]) if not still else np.tile(self.pose, (2, 1))
+        matrices = rotation_matrices(poses[:, 3:])
+        shape = self._triangle_shape if triangles else self.shape
+        reference = np.zeros(3)
+        if not triangles:
+            reference = shape.reference(matrices[0].T @ (origin - poses[0, :3]))
+        points = poses[:, :3] - origin + matrices @ reference
+        rows[:, ROTATION:POINT] = matrices[1:].reshape(-1, 9)
+        rows[:, POINT:SPIN] = points[1:]
+        if not still:
+            h = np.diff(times)
+            per_h = np.where(h > 0, 1 / np.where(h > 0, h, 1.0), 0.0)[:, None]
+            turns = np.eye(3) - matrices[:-1] @ np.swapaxes(matrices[1:], 1, 2)
+            rows[:, SPIN:VELOCITY] = turns.reshape(-1, 9) * per_h
+            rows[:, VELOCITY:INSET] = np.diff(points, axis=0) * per_h
+        elapsed = times[1 : count + 1] - times[0]
+        rows[:, INSET] = np.maximum(self.inset - GROWTH * elapsed, 0.0) if self.grows else 0.0
+        rows[:, FRICTION], rows[:, SLOP] = self.parameters.friction, self._slop
+        constants = shape.constants(reference)
+        rows[:, SHAPE : SHAPE + len(constants)] = constants
+        rows[:, SHAPE + CONSTANTS :] = COMMON
+        return rows
+
+    def take(self, row: Array, origin: Array, sums: Array) -> None:
+        """
+        Add the sums of a batch to those so far.
+
+        Parameters
+        ----------
+        row
+            The last one of the batch, shape (ROW,).
+        origin
+            Of the state, m.
+        sums
+            Shape (SUMS,).
+
+        """
+        impulse, moment = sums[IMPULSE:MOMENT], sums[MOMENT:WORK]
+        # From the origin to the reference point, as both are at the end of the batch.
+        lever = row[POINT:SPIN] + origin - self.pose[:3]
+        self._total[:3] += impulse
+        self._total[3:] += moment + np.cross(lever, impulse)
+        self.sums[WORK] += sums[WORK]
+        self.sums[TOUCHED] += sums[TOUCHED]
+        self.sums[TOUCHING] = sums[TOUCHING]
+
+    def wrench(self, cell_mass: float) -> tuple[Vector, Vector]:
+        """Return force, N, and torque about the origin, N m, of the sheet on it: their means."""
+        if not self._seconds:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        # The impulses are those on the sheet.
+        a, b, c, d, e, f = (-cell_mass / self._seconds * self._total).tolist()
+        return (a, b, c), (d, e, f)
+
+    # Snapshots
+
+    def snapshot(self) -> ColliderSnapshot:
+        """Return everything that later results depend on."""
+        return ColliderSnapshot(
+            self.parameters, self.pose, self.inset, self.max_penetration, self.clearance
+        )
+
+    def restore(self, snapshot: ColliderSnapshot, *, exact: bool) -> bool:
+        """Return to a snapshot; return False if it is one of another shape."""
+        self.pose = snapshot.pose
+        self.clearance = snapshot.clearance if exact else 0.0
+        before, now = snapshot.parameters, self.parameters
+        same = all(
+            getattr(before, name) == getattr(now, name)
+            for name in ('type', 'size', 'radius', 'length', 'mesh')
+        )
+        if same:
+            self.inset, self.max_penetration = snapshot.inset, snapshot.max_penetration
+        return same
+
