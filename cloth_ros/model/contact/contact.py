@@ -26,12 +26,13 @@ import numpy as np
 from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
+from ..kernels.thread_pool import CHUNK
 from ..state import State, max_speed
 from .broad_phase import BroadPhase
-from .contact_table import ContactTable
-from .particle_contact import BLOCK, SUMS, TOUCHED, WORK
-from .proximity import depth_of_particles, find_active, has_grown, large_triangles_cut
-from .rigid_collider import ColliderSnapshot, RigidCollider
+from .contact_table import ContactTable, no_contacts
+from .particle_contact import BLOCK, ROW, SUMS, TOUCHED, compose_search
+from .proximity import depth_of_particles, has_grown, large_triangles_cut
+from .rigid_collider import GROWTH, ColliderSnapshot, RigidCollider
 from .sheet_bounds import measure_triangles
 from .triangle_contact import deepest_triangle, resolve_triangles
 
@@ -39,6 +40,10 @@ from .triangle_contact import deepest_triangle, resolve_triangles
 _SMALL = 1.5
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
 _TRAVEL = 0.5
+# Least bound of the circumradius of triangles, as a multiple of its value in the flat sheet.
+_LEAST = 1.05
+# Tables that are kept; a motion uses a few.
+_MAX_TABLES = 16
 # Batches that are made substep by substep after one that had to be repeated.
 _PATIENCE = 4
 # Depth, as a multiple of the tolerance, from which on a collider counts as placed inside the
@@ -51,6 +56,7 @@ class ContactSnapshot(NamedTuple):
 
     colliders: Mapping[str, ColliderSnapshot]
     patience: int
+    rho: Array
 
 
 class Observer(Protocol):
@@ -126,15 +132,20 @@ class Contact:
         self._grid, self._dtype = grid, dtype
         self._cell_mass, self._gravity = sheet.cell_mass, np.array(scene.gravity)
         self._rho0 = 0.5 * math.hypot(*sheet.spacing)
+        self._extent = extent
+        self._cached: dict[tuple[Any, ...], ContactTable] = {}
         self._cells = grid.field(dtype, components=1)[0]
         self._rho = grid.field(dtype, components=1)[0]
+        self._chunks = (grid.end - grid.begin + CHUNK - 1) // CHUNK
         self._blocks = (grid.end - grid.begin + BLOCK - 1) // BLOCK
+        self._search = compose_search(self.kinds)
         self._broad_phases: dict[str, BroadPhase] = {}
         self._near: list[RigidCollider] = []
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
         self._fields: Array = np.zeros(1, dtype)
+        self._idle = no_contacts(dtype)
 
     @property
     def kinds(self) -> frozenset[int]:
@@ -172,13 +183,14 @@ class Contact:
 
     def _approach(self, collider: RigidCollider, state: State, factor: float = 1.0) -> float:
         """Return a bound of the speed, m/s, at which collider and sheet approach each other."""
-        away = float(np.linalg.norm(state.origin - collider.pose[:3])) if collider.spin else 0.0
-        reach = away + 3 * self._grid_extent
-        return factor * self._fastest + collider.surface_speed(reach)
+        return factor * self._fastest + self._surface_speed(collider, state)
 
-    @property
-    def _grid_extent(self) -> float:
-        return self._rho0 * (self._grid.rows + self._grid.columns)
+    def _surface_speed(self, collider: RigidCollider, state: State) -> float:
+        """Return a bound of the speed, m/s, of a collider where it may touch the sheet."""
+        if not collider.path.moves:
+            return 0.0
+        away = float(np.linalg.norm(state.origin - collider.pose[:3]))
+        return collider.surface_speed(away + 3 * self._extent)
 
     def pass_by(self, state: State, time: float, seconds: float) -> None:
         """Account for a motion of `seconds` from `time`, s, in which no collider was in reach."""
@@ -230,7 +242,7 @@ class Contact:
         for broad_phase in self._broad_phases.values():  # its order must not depend on the past
             broad_phase.invalidate()
         for step in steps:
-            kicks.apply(state, (step,), air_velocity)
+            kicks.apply(state, (step,), air_velocity, self._idle)
             if observer is not None:
                 observer.after_drift(state, step, air_velocity)
             self._resolve_substep(kicks, state, time, step.drift, by_triangles, careful)
@@ -289,30 +301,45 @@ class Contact:
         grid, seconds = self._grid, float(times[-1] - times[0])
         measure_triangles(
             state.position, state.velocity, grid.begin, grid.end, grid.stride, seconds,
-            self._cells, self._rho,
+            _LEAST * self._rho0, self._cells, self._rho,
         )  # fmt: skip
         rows = [each.rows(state.origin, times) for each in near]
-        count = max(map(len, rows))
-        table = ContactTable(
-            np.array([each.kind for each in near]),
-            np.stack([np.broadcast_to(row, (count, row.shape[1])) for row in rows], axis=1),
-            np.zeros((len(near), self._blocks), np.int64),
-            self._rho,
-            self._fields,
-            self._fields,
-            np.zeros(len(near), np.int64),
-            np.zeros((len(near), self._blocks, SUMS)),
-        )
-        moved = np.array([seconds * self._approach(each, state) for each in near])
+        table = self._tables(tuple(each.kind for each in near), max(map(len, rows)))
+        for n, row in enumerate(rows):
+            table.rows[:, n] = row
+        table.sums[...] = 0
+        moved = [
+            seconds * (self._surface_speed(each, state) + GROWTH * each.grows) for each in near
+        ]
         clearances = np.empty(len(near))
-        find_active(
-            state.position, state.velocity, grid.begin, grid.end, seconds, table.kinds,
-            table.rows, table.rho, table.values, table.shares, table.starts, moved,
-            table.active, clearances,
+        self._search(
+            state.position, state.velocity, grid.begin, grid.end, seconds, table,
+            np.array(moved), clearances,
         )  # fmt: skip
         for each, clearance in zip(near, clearances.tolist(), strict=True):
             each.clearance = clearance
         return table if table.active.any() else None
+
+    def _tables(self, kinds: tuple[int, ...], count: int) -> ContactTable:
+        """Return a table for colliders of these kinds and so many rows; one is used at a time."""
+        key = (kinds, count)
+        table = self._cached.get(key)
+        if table is None:
+            number = len(kinds)
+            table = ContactTable(
+                np.array(kinds),
+                np.zeros((count, number, ROW), self._dtype),
+                np.zeros((number, self._blocks), np.int64),
+                self._rho,
+                self._fields,
+                self._fields,
+                np.zeros(number, np.int64),
+                np.zeros((number, self._chunks, SUMS)),
+            )
+            if len(self._cached) == _MAX_TABLES:
+                self._cached.clear()
+            self._cached[key] = table
+        return table
 
     def _is_good(self, state: State, table: ContactTable, times: Array) -> bool:
         """Return whether no triangle has become so large that it cuts a collider."""
@@ -332,10 +359,10 @@ class Contact:
         return True
 
     def _take(self, state: State, near: Sequence[RigidCollider], table: ContactTable) -> None:
+        total = table.sums.sum(axis=1)
         for n, each in enumerate(near):
-            sums = table.sums[n].sum(axis=0)
-            each.take(table.rows[-1, n], state.origin, sums)
-            if sums[TOUCHED]:
+            each.take(table.rows[-1, n], state.origin, total[n])
+            if total[n, TOUCHED]:
                 self.touched = True
                 self._unknown = self._unknown or each.grows
 
@@ -425,9 +452,9 @@ class Contact:
         particles that are displaced without an impulse.  The work of a collider that grows in
         touch with the sheet, or that the sheet cannot avoid, is unknown: inf.
         """
-        work = self._cell_mass * sum(each.sums[WORK] for each in self.colliders.values())
+        work = self._cell_mass * sum(each.work for each in self.colliders.values())
         for each in self.colliders.values():
-            each.sums[WORK] = each.sums[TOUCHED] = 0.0
+            each.work = 0.0
         if self._unknown:
             work = math.inf
         self.touched = self._unknown = False
@@ -519,7 +546,7 @@ class Contact:
     def snapshot(self) -> ContactSnapshot:
         """Return everything about the colliders that later results depend on."""
         colliders = {name: each.snapshot() for name, each in self.colliders.items()}
-        return ContactSnapshot(colliders, self._patience)
+        return ContactSnapshot(colliders, self._patience, self._rho.copy())
 
     def restore(self, snapshot: ContactSnapshot, state: State, *, exact: bool) -> None:
         """
@@ -528,7 +555,10 @@ class Contact:
         Not `exact`: of a scene with other parameters, or of a sheet on another grid.
         """
         self._patience = snapshot.patience
-        if not exact:
+        if exact:
+            self._rho[...] = snapshot.rho
+        else:
+            self._rho[...] = 0
             self.invalidate()
         for name, each in self.colliders.items():
             known = snapshot.colliders.get(name)

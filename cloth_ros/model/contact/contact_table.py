@@ -28,7 +28,7 @@ class ContactTable(NamedTuple):
     values, shares, starts
         Distances and shares of all meshes, flat, and where those of each collider begin.
     sums
-        Added to: shape (colliders, blocks, SUMS).
+        Added to: shape (colliders, chunks, SUMS).
 
     """
 
@@ -46,5 +46,5 @@ def no_contacts(dtype: type) -> ContactTable:
     """Return a table without colliders, for a kernel that ignores contact."""
     none: Array = np.zeros(0, np.int64)
     real: Array = np.zeros(0, dtype)
-    rows, sums = np.zeros((0, 0, ROW)), np.zeros((0, 0, SUMS))
+    rows, sums = np.zeros((0, 0, ROW), dtype), np.zeros((0, 0, SUMS))
     return ContactTable(none, rows, np.zeros((0, 0), np.int64), real, real, real, none, sums)

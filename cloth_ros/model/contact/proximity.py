@@ -9,7 +9,7 @@ from ..kernels.jit import exact, exact_subroutine, kernel
 from .deepest_point import deepest_point
 from .distance import distance_from, in_own_frame
 from .particle_contact import BLOCK, POINT
-from .sheet_bounds import block_bounds, longest_edges
+from .sheet_bounds import longest_edges
 
 # Factor on the expected size of triangles from which on they count as larger.
 _LARGER = 1.002
@@ -20,47 +20,6 @@ def _distance_at(kind, row, fields, x, y, z, rho):  # type: ignore[no-untyped-de
     """Return the distance of a point of the state from a collider."""
     x, y, z = x - row[POINT], y - row[POINT + 1], z - row[POINT + 2]
     return distance_from(kind, row, fields, x, y, z, rho)[0]
-
-
-@exact
-def find_active(  # type: ignore[no-untyped-def]
-    position, velocity, begin, end, seconds, kinds, rows, rho, values, shares, starts, approaches,
-    active, clearances,
-):  # fmt: skip
-    """
-    Find the blocks of particles that colliders may touch in a batch.
-
-    Parameters
-    ----------
-    position, velocity, begin, end
-        Of the sheet, as in `Grid` and `State`.
-    seconds
-        Length of the batch, s.
-    kinds, rows, rho, values, shares, starts, active
-        As in `ContactTable`; the last one is written.
-    approaches
-        By which each collider and the sheet may approach each other, m, shape (colliders,).
-    clearances
-        Receives a lower bound of the distance between the sheet and each collider, m.
-
-    """
-    bounds = np.empty(5)
-    clearances[:] = np.inf
-    for block in range(active.shape[1]):
-        first = begin + block * BLOCK
-        last = min(first + BLOCK, end)
-        block_bounds(position, velocity, rho, first, last, seconds, bounds)
-        for n in range(len(kinds)):
-            fields = (values[starts[n] :], shares[starts[n] :])
-            gap = np.inf
-            for drift in (0, len(rows) - 1):
-                centre = _distance_at(
-                    kinds[n], rows[drift, n], fields, bounds[0], bounds[1], bounds[2], 0.0
-                )
-                gap = min(gap, centre - bounds[3] - bounds[4])
-            clearances[n] = min(clearances[n], gap)
-            # True for NaN.
-            active[n, block] = 0 if gap > approaches[n] else 1
 
 
 @exact

@@ -1,21 +1,16 @@
-"""
-Size of the triangles of a sheet, and bounds of its parts, over a batch of substeps.
-
-Both are predicted to the end of the batch with the present velocities, and found for all particles
-in one pass, so that contact costs next to nothing where a sheet is far from a collider.
-"""
+"""Size of the triangles of a sheet, predicted to the end of a batch of substeps."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..grid import GHOST, GHOST_DISTANCE_SQUARED
-from ..kernels.jit import inlined, kernel, reduction
+from ..grid import GHOST_DISTANCE_SQUARED
+from ..kernels.jit import inlined, kernel
 
-# Coordinate, m, above which a particle is a ghost.
-_FAR = 0.1 * GHOST
 # Factor on the longest edge: velocities change within a batch.
 _MARGIN = 1.01
+# Time, s, in which a bound decreases to the size of the triangles.
+_MEMORY = 1.0
 
 
 @inlined
@@ -58,9 +53,11 @@ def _stretched(longest, position, velocity, i, j, seconds, ghost):  # type: igno
 
 
 @kernel
-def measure_triangles(position, velocity, begin, end, stride, seconds, cells, rho):  # type: ignore[no-untyped-def]
+def measure_triangles(  # type: ignore[no-untyped-def]
+    position, velocity, begin, end, stride, seconds, least, cells, rho
+):
     """
-    Find for each particle a bound of the circumradius of its triangles, m.
+    Bound for each particle the circumradius of its triangles, m.
 
     A cell is taken as four triangles, by both diagonals.  As long as it is about a parallelogram,
     each lies in a circle around half of its longest edge or diagonal.
@@ -71,15 +68,19 @@ def measure_triangles(position, velocity, begin, end, stride, seconds, cells, rh
         Of the sheet, as in `Grid` and `State`.
     seconds
         Length of the batch, s.
+    least
+        Of the bound, m.
     cells
         Receives the squared longest edge of the cell that begins at a particle, shape (size,).
     rho
-        Receives the bound, shape (size,).
+        The bound, shape (size,).  It grows at once and decreases within `_MEMORY`: a surface that
+        trembled with the sheet would shake it.
 
     """
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
-    half = number(0.5 * _MARGIN)
+    half, kept = number(0.5 * _MARGIN), number(max(1.0 - seconds / _MEMORY, 0.0))
+    floor = number(least)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
     for i in range(first - row - one, last):
@@ -92,30 +93,5 @@ def measure_triangles(position, velocity, begin, end, stride, seconds, cells, rh
         cells[i] = _stretched(longest, position, velocity, below, across, t, ghost)
     for i in range(first, last):
         squared = max(max(cells[i], cells[i - one]), max(cells[i - row], cells[i - row - one]))
-        rho[i] = half * np.sqrt(squared)
+        rho[i] = max(max(half * np.sqrt(squared), kept * rho[i]), floor)
 
-
-@reduction
-def block_bounds(position, velocity, rho, first, last, seconds, out):  # type: ignore[no-untyped-def]
-    """
-    Find the bounds of some particles now and in `seconds`, and their largest `rho`.
-
-    `out` receives the centre, m, half of the diagonal of the bounding box, m, and that `rho`.
-    """
-    squared, largest = 0.0, 0.0
-    far, t = position.dtype.type(_FAR), position.dtype.type(seconds)
-    for axis in range(3):
-        low, high = far, -far
-        for i in range(np.uint64(first), np.uint64(last)):
-            x = position[axis, i]
-            y = x + t * velocity[axis, i]
-            inside = x < far
-            low = min(low, min(x, y) if inside else far)
-            high = max(high, max(x, y) if inside else -far)
-        out[axis] = 0.5 * (low + high)
-        squared += 0.25 * (high - low) ** 2
-    biggest = rho[first]
-    for i in range(np.uint64(first), np.uint64(last)):
-        biggest = max(biggest, rho[i])
-    largest = biggest
-    out[3], out[4] = np.sqrt(squared), largest

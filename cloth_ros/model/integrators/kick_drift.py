@@ -110,6 +110,7 @@ class KickDrift:
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
+        self._former = grid.field(dtype) if kinds else unused
         self._no_contacts = no_contacts(dtype)
         self._work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 
@@ -180,6 +181,7 @@ class KickDrift:
             state.position,
             state.back_buffer,
             state.velocity,
+            self._former,
             self._midpoint,
             state.acceleration,
             state.mobility,

@@ -43,8 +43,12 @@ _OPERATION, _DECAY, _GAIN, _LENGTH, _DASHPOTS, _AIR = range(6)
 
 
 @inlined
-def _drift(first, last, position, back_buffer, velocity, h):  # type: ignore[no-untyped-def]
+def _drift(first, last, position, back_buffer, velocity, former, h, contact):  # type: ignore[no-untyped-def]
     for i in range(first, last):
+        if contact:
+            former[0, i], former[1, i], former[2, i] = (
+                velocity[0, i], velocity[1, i], velocity[2, i]
+            )  # fmt: skip
         back_buffer[0, i] = position[0, i] + h * velocity[0, i]
         back_buffer[1, i] = position[1, i] + h * velocity[1, i]
         back_buffer[2, i] = position[2, i] + h * velocity[2, i]
@@ -75,8 +79,8 @@ def _accelerate(  # type: ignore[no-untyped-def]
 
 @inlined
 def _kick(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, acceleration, mobility, row, air_velocity,
-    decay, gain, strength, bounds, air,
+    first, last, position, velocity, out, former, acceleration, mobility, row, air_velocity,
+    decay, gain, strength, bounds, air, contact,
 ):  # fmt: skip
     """Kick; return the work of the air on what it accelerates, J per kg of a cell."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
@@ -84,6 +88,8 @@ def _kick(  # type: ignore[no-untyped-def]
     work = zero
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        if contact:
+            former[0, i], former[1, i], former[2, i] = u, v, w
         x = decay * u + gain * acceleration[0, i]
         y = decay * v + gain * acceleration[1, i]
         z = decay * w + gain * acceleration[2, i]
@@ -128,6 +134,7 @@ def compose(
         True for double precision.
     kinds
         Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
+        With any, `former` receives the velocities before each kick.
 
     """
     contact = bool(kinds)
@@ -136,7 +143,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, midpoint, acceleration, mobility, springs, air_velocity, bounds, work, contacts,
+        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work, contacts,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -155,16 +162,17 @@ def compose(
                 first = np.uint64(begin + chunk * size)
                 last = np.uint64(min(begin + (chunk + 1) * size, end))
                 if operation == DRIFT:
-                    _drift(first, last, position, back_buffer, velocity, h)
+                    _drift(first, last, position, back_buffer, velocity, former, h, contact)
                 elif operation == KICK_BY_SPRINGS:
                     for i in range(first, last):
                         x, y, z = spring_acceleration(
                             position, velocity, i, row, mobility, springs, dashpots,
                             structural, shear, bending, False, double,
                         )  # fmt: skip
-                        u = decay * velocity[0, i] + gain * x
-                        v = decay * velocity[1, i] + gain * y
-                        w = decay * velocity[2, i] + gain * z
+                        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+                        if contact:
+                            former[0, i], former[1, i], former[2, i] = u, v, w
+                        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
                         velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
                         # To the back buffer: neighbours still read the old positions.
                         back_buffer[0, i] = position[0, i] + h * u
@@ -183,13 +191,15 @@ def compose(
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
-                            first, last, position, velocity, midpoint, acceleration, mobility, row,
-                            air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, former, acceleration,
+                            mobility, row, air_velocity, decay, gain, strength, bounds, air,
+                            contact,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
-                            first, last, position, velocity, midpoint, acceleration, mobility, row,
-                            air_velocity, decay, gain, strength, bounds, air,
+                            first, last, position, velocity, midpoint, former, acceleration,
+                            mobility, row, air_velocity, decay, gain, strength, bounds, air,
+                            contact,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
                         _update_and_drift(
@@ -202,8 +212,8 @@ def compose(
                     if operation <= KICK or operation == RESOLVE:
                         gravity = (springs[0], springs[1], springs[2])
                         resolve(
-                            begin, first, last, drifts, h, before, after, velocity, mobility,
-                            gravity, contacts,
+                            begin, first, last, chunk, drifts, h, before, after, velocity, former,
+                            mobility, gravity, contacts,
                         )  # fmt: skip
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)
