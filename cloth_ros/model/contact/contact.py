@@ -12,7 +12,7 @@ A batch of substeps takes the cheapest of these ways that is good enough:
    together with the collider (`triangle_contact`).
 
 A collider that is placed inside the sheet, at the start or by a change from outside, would eject
-it at once.  It therefore starts as far inside its surface as there is room, and grows at `GROWTH`.
+it at once.  It therefore starts as far inside its surface as there is room, and grows at `GROWTH_SPEED`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from .broad_phase import BroadPhase
 from .contact_table import ContactTable, no_contacts
 from .particle_contact import BLOCK, ROW, SUMS, TOUCHED, compose_search
 from .proximity import depth_of_particles, has_grown, large_triangles_cut
-from .rigid_collider import GROWTH, ColliderSnapshot, RigidCollider
+from .rigid_collider import GROWTH_SPEED, ColliderSnapshot, RigidCollider
 from .sheet_bounds import measure_triangles
 from .triangle_contact import deepest_triangle, resolve_triangles
 
@@ -42,6 +42,8 @@ _SMALL = 1.5
 _TRAVEL = 0.5
 # Least bound of the circumradius of triangles, as a multiple of its value in the flat sheet.
 _LEAST = 1.05
+# The same, at most: what is larger still is left to the triangles.
+_MOST = 2.0
 # Tables that are kept; a motion uses a few.
 _MAX_TABLES = 16
 # Batches that are made substep by substep after one that had to be repeated.
@@ -301,7 +303,7 @@ class Contact:
         grid, seconds = self._grid, float(times[-1] - times[0])
         measure_triangles(
             state.position, state.velocity, grid.begin, grid.end, grid.stride, seconds,
-            _LEAST * self._rho0, self._cells, self._rho,
+            _LEAST * self._rho0, _MOST * self._rho0, self._cells, self._rho,
         )  # fmt: skip
         rows = [each.rows(state.origin, times) for each in near]
         table = self._tables(tuple(each.kind for each in near), max(map(len, rows)))
@@ -309,7 +311,7 @@ class Contact:
             table.rows[:, n] = row
         table.sums[...] = 0
         moved = [
-            seconds * (self._surface_speed(each, state) + GROWTH * each.grows) for each in near
+            seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows) for each in near
         ]
         clearances = np.empty(len(near))
         self._search(
@@ -499,7 +501,7 @@ class Contact:
         row = collider.rows(state.origin, now)[0]
         fields = self._fields_of(collider)
         depth: float = depth_of_particles(
-            state.position, grid.begin, grid.end, collider.kind, row, fields, self._rho0
+            state.position, grid.begin, grid.end, collider.kind, row, fields, _LEAST * self._rho0
         )
         if math.isinf(shape.inner_radius):
             return max(depth, 0.0)

@@ -34,12 +34,14 @@ from .shapes.shape import COMMON, CONSTANTS, Distance
 # A sliding velocity that the kick has reversed is not stopped, if what it was exceeds this share of
 # what it is.
 _TURNED = 1e-3
+# Share of a depth that one drift corrects in the position alone.
+_SHARE = 0.05
 # Numbers in a row about a collider in one drift: rotation, row by row, from its frame to that of
 # the state; the reference point after the drift, m; the matrix S, 1/s, and the velocity, m/s, of a
 # material point, S y + velocity at y from the reference point; the inset, m; friction; the depth
 # below 0 that counts as contact, m; and the constants of the shape, with those of all shapes.
 ROTATION, POINT, SPIN, VELOCITY = 0, 9, 12, 21
-INSET, FRICTION, SLOP, ALLOWANCE, SHAPE = 24, 25, 26, 27, 28
+INSET, GROWTH, FRICTION, SLOP, ALLOWANCE, SHAPE = 24, 25, 26, 27, 28, 29
 ROW = SHAPE + CONSTANTS + len(COMMON)
 _ALL = CONSTANTS + len(COMMON)
 
@@ -61,10 +63,10 @@ def _constants_of(row, number):  # type: ignore[no-untyped-def]
         number(row[5]), number(row[6]), number(row[7]), number(row[8]),
     )  # fmt: skip
     constants = (
-        number(row[28]), number(row[29]), number(row[30]), number(row[31]), number(row[32]),
-        number(row[33]), number(row[34]), number(row[35]), number(row[36]), number(row[37]),
-        number(row[38]), number(row[39]), number(row[40]), number(row[41]), number(row[42]),
-        number(row[43]),
+        number(row[29]), number(row[30]), number(row[31]), number(row[32]), number(row[33]),
+        number(row[34]), number(row[35]), number(row[36]), number(row[37]), number(row[38]),
+        number(row[39]), number(row[40]), number(row[41]), number(row[42]), number(row[43]),
+        number(row[44]),
     )  # fmt: skip
     return rotation, constants
 
@@ -104,8 +106,8 @@ def _particle_loop(distance: Distance) -> Kernel:
         s3, s4, s5 = number(row[15]), number(row[16]), number(row[17])
         s6, s7, s8 = number(row[18]), number(row[19]), number(row[20])
         ux, uy, uz = number(row[21]), number(row[22]), number(row[23])
-        inset, friction = number(row[24]), number(row[25])
-        slop, allowed = number(row[26]), number(row[26]) + number(row[27])
+        inset, growth, friction = number(row[24]), number(row[25]), number(row[26])
+        slop, allowed, share = number(row[27]), number(row[27] + row[28]), number(_SHARE)
         per_h = one / h
         gx, gy, gz = gravity
         jx = jy = jz = lx = ly = lz = work = touched = zero
@@ -120,17 +122,19 @@ def _particle_loop(distance: Distance) -> Kernel:
             r = uz + s6 * x + s7 * y + s8 * z
             vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
             u, v, w = vx - p, vy - q, vz - r
-            along = u * nx + v * ny + w * nz
+            along = u * nx + v * ny + w * nz - growth
             touch = depth > zero and inverse_mass > zero
             # Before the kick; a push, and friction, must not add energy to what it was.
             p_was, q_was, r_was = former[0, i] - p, former[1, i] - q, former[2, i] - r
-            was = p_was * nx + q_was * ny + r_was * nz
+            was = p_was * nx + q_was * ny + r_was * nz - growth
             push = min(depth * per_h, max(-along - max(was, zero), zero))
             push = push if touch else zero
-            # Less than what is allowed is left to later pushes: to correct it would add energy.
-            left = max(depth - allowed - push * h, zero)
+            # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
+            # a jump of the position would shake the springs.
+            left = share * max(depth - allowed - push * h, zero)
             left = left if touch else zero
-            turned = u * p_was + v * q_was + w * r_was - along * was
+            turned = u * p_was + v * q_was + w * r_was - (along + growth) * (was + growth)
+            along += growth
             u, v, w = u - along * nx, v - along * ny, w - along * nz
             squared = u * u + v * v + w * w
             # At most the whole sliding velocity; the reciprocal root is fast.

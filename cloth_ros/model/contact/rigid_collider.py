@@ -13,6 +13,7 @@ from .kinematic_path import KinematicPath, rotation_matrices
 from .particle_contact import (
     ALLOWANCE,
     FRICTION,
+    GROWTH,
     INSET,
     POINT,
     ROTATION,
@@ -27,7 +28,7 @@ from .shapes.capsule import capsule
 from .shapes.shape import COMMON, CONSTANTS
 
 # Speed, m/s, at which a collider grows that was placed inside the sheet.
-GROWTH = 1.0
+GROWTH_SPEED = 0.5
 # m/s; a faster collider is not moved through the sheet, but placed where it is commanded to be.
 _FASTEST = 1e6
 # Depth that triangles are left in a collider, as a share of its inner radius, and in m.
@@ -174,7 +175,7 @@ class RigidCollider:
 
     def grow(self, seconds: float) -> None:
         """Let the surface move out for some time, s, if it is not where it should be."""
-        self.inset = max(self.inset - GROWTH * seconds, 0.0)
+        self.inset = max(self.inset - GROWTH_SPEED * seconds, 0.0)
 
     # What the kernels take
 
@@ -221,7 +222,9 @@ class RigidCollider:
             rows[:, SPIN:VELOCITY] = turns.reshape(-1, 9) * per_h
             rows[:, VELOCITY:INSET] = np.diff(points, axis=0) * per_h
         elapsed = times[1 : count + 1] - times[0]
-        rows[:, INSET] = np.maximum(self.inset - GROWTH * elapsed, 0.0) if self.grows else 0.0
+        if self.grows:
+            rows[:, INSET] = np.maximum(self.inset - GROWTH_SPEED * elapsed, 0.0)
+            rows[:, GROWTH] = GROWTH_SPEED * (rows[:, INSET] > 0)
         rows[:, FRICTION], rows[:, SLOP] = self.parameters.friction, self._slop
         rows[:, ALLOWANCE] = self._allowance
         constants = shape.constants(reference)

@@ -9,8 +9,8 @@ from ..kernels.jit import inlined, kernel
 
 # Factor on the longest edge: velocities change within a batch.
 _MARGIN = 1.01
-# Time, s, in which a bound decreases to the size of the triangles.
-_MEMORY = 1.0
+# Times, s, in which a bound decreases to the size of the triangles, and in which it may double.
+_MEMORY, _RISE = 1.0, 0.25
 
 
 @inlined
@@ -54,7 +54,7 @@ def _stretched(longest, position, velocity, i, j, seconds, ghost):  # type: igno
 
 @kernel
 def measure_triangles(  # type: ignore[no-untyped-def]
-    position, velocity, begin, end, stride, seconds, least, cells, rho
+    position, velocity, begin, end, stride, seconds, least, most, cells, rho
 ):
     """
     Bound for each particle the circumradius of its triangles, m.
@@ -68,19 +68,20 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         Of the sheet, as in `Grid` and `State`.
     seconds
         Length of the batch, s.
-    least
+    least, most
         Of the bound, m.
     cells
         Receives the squared longest edge of the cell that begins at a particle, shape (size,).
     rho
-        The bound, shape (size,).  It grows at once and decreases within `_MEMORY`: a surface that
-        trembled with the sheet would shake it.
+        The bound, shape (size,).  It changes slowly: a surface that trembled with the sheet would
+        shake it.  Where triangles grow faster, it is no bound, and `has_grown` will tell.
 
     """
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
     half, kept = number(0.5 * _MARGIN), number(max(1.0 - seconds / _MEMORY, 0.0))
-    floor = number(least)
+    floor, ceiling = number(least), number(most)
+    rise = number(least * seconds / _RISE)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
     for i in range(first - row - one, last):
@@ -93,5 +94,7 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         cells[i] = _stretched(longest, position, velocity, below, across, t, ghost)
     for i in range(first, last):
         squared = max(max(cells[i], cells[i - one]), max(cells[i - row], cells[i - row - one]))
-        rho[i] = max(max(half * np.sqrt(squared), kept * rho[i]), floor)
+        now = max(rho[i], floor)
+        wanted = min(half * np.sqrt(squared), ceiling)
+        rho[i] = max(min(max(wanted, kept * now), now + rise), floor)
 
