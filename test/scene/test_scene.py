@@ -25,7 +25,7 @@ DEFAULTS = [
     ('sphere.', {'radius': 0.0, 'position': (0.0, 0.0, 0.0), 'friction': 0.3}),
     ('solver.', {'method': 'auto', 'substeps': 0, 'tolerance': 0.001, 'precision': 'single'}),
     ('solver.', {'threads': 1, 'max_tick': 0.1, 'overload': 'slow_motion'}),
-    ('markers.', {'rate': 30.0, 'springs': False}),
+    ('markers.', {'rate': 30.0, 'springs': False, 'meshes': 'triangles'}),
 ]
 
 
