@@ -192,6 +192,10 @@ class LiveCloth:
         else:
             self._published.cloth.move_collider(name, position)
 
+    def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
+        """Return force, N, and torque, N m, on a collider; see `Cloth.contact_wrench`."""
+        return self._published.cloth.contact_wrench(name)
+
     def reset(self) -> None:
         """Return to the initial state."""
         self._change_scene()

@@ -99,7 +99,8 @@ class ClothNode(ValidatedClockNode):
             f'{scene.sheet.rows} × {scene.sheet.columns} particles at {scene.rate:g} Hz: '
             f'{self._live.solver_summary}'
         )
-        outputs = [*(output.topic for output in self._outputs), self._diagnostics.topic]
+        outputs = [topic for output in self._outputs for topic in output.topics]
+        outputs.append(self._diagnostics.topic)
         self._log.info(
             f'publishing {", ".join(outputs[:-1])} and {outputs[-1]}; listening to '
             f'{" and ".join(self._inputs)}'

@@ -27,7 +27,7 @@ class MarkersOutput:
         self._published: frozenset[Identity] = frozenset()
         self._last = self._next = 0.0
         self._subscribers = 0
-        self.topic = self._publisher.topic
+        self.topics = (self._publisher.topic,)
 
     def publish(self, now: float, stamp: int) -> None:
         """Publish the present state, stamped in ns, if it is time and there is a subscriber."""
