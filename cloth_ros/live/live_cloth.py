@@ -22,6 +22,7 @@ from ..model.time_step import integrator_for
 from ..scene import Scene
 from ..scene.plausibility import implausible_values
 from .compile_kernels import kinds_of
+from .contact_values import contact_values
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
 from .kernel_compiler import NICEST, KernelCompiler, Log
@@ -377,5 +378,6 @@ class LiveCloth:
             **self._estimator.report(),
             'sphere radius [m]': cloth.sphere_radius,
             'sphere penetration [m]': cloth.sphere_depth,
+            **contact_values(self.colliders),
             **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
         }
