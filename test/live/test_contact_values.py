@@ -4,9 +4,8 @@ from cloth_ros.live.contact_values import contact_values
 
 
 def test_values_of_a_sphere_that_a_sheet_falls_on():
-    cloth = cloth_of(
-        sheet__rows=9, sheet__columns=9, pins=[''], sphere__radius=0.3, sphere__position=(0, 0, 0.6)
-    )  # fmt: skip
+    sphere = {'sphere__radius': 0.3, 'sphere__position': (0.0, 0.0, 0.6)}
+    cloth = cloth_of(sheet__rows=9, sheet__columns=9, pins=[''], **sphere)
     assert contact_values(cloth.colliders) == {
         'sphere penetration [m]': 0.0,
         'sphere touching particles': 0,
