@@ -4,11 +4,27 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .model import Cloth, Energy, Inputs, Snapshot
-    from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
+    from .scene import (
+        ColliderParameters,
+        Colliders,
+        Gust,
+        Markers,
+        Scene,
+        Sheet,
+        Solver,
+        Sphere,
+        Springs,
+        Wind,
+    )
 
-_SCENE = ('Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere', 'Springs', 'Wind')
+_SCENE = (
+    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere'),
+    *('Springs', 'Wind'),
+)
 __all__ = [
     'Cloth',
+    'ColliderParameters',
+    'Colliders',
     'Energy',
     'Gust',
     'Inputs',

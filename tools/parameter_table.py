@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from cloth_ros import Scene
-from cloth_ros.scene.parameter import PARAMETERS
+from cloth_ros.scene.parameter import MEMBERS, PARAMETERS, Declaration
 
 from .marked_block import fill
 
@@ -32,13 +32,22 @@ def parameter_table() -> str:
     """Return the table in Markdown: name, default, unit, range and meaning of each parameter."""
     lines = ['| parameter | default | unit | range | meaning |', '| --- | --- | --- | --- | --- |']
     for name, value in Scene().flat().items():
-        known = PARAMETERS[name]
-        allowed = known.range_text.removesuffix(known.unit).rstrip()
-        if known.choices:
-            allowed = ', '.join(f'`{choice}`' for choice in known.choices)
-        text = known.text + (' (fixed)' if known.fixed else '')
-        lines.append(f'| `{name}` | `{_yaml(value)}` | {known.unit} | {allowed} | {text} |')
+        lines.append(_row(name, Declaration(PARAMETERS[name], value)))
+        group, _, last = name.rpartition('.')
+        if group in MEMBERS and last == 'names':
+            members = MEMBERS[group].items()
+            lines += [_row(f'{group}.NAME.{field}', declared) for field, declared in members]
     return '\n'.join(lines)
+
+
+def _row(name: str, declared: Declaration) -> str:
+    known, default = declared
+    allowed = known.range_text.removesuffix(known.unit).rstrip()
+    if known.choices:
+        allowed = ', '.join(f'`{choice}`' for choice in known.choices)
+    text = known.text + (' (fixed)' if known.fixed else '')
+    shown = '' if default == '' else f'`{_yaml(default)}`'
+    return f'| `{name}` | {shown} | {known.unit} | {allowed} | {text} |'
 
 
 if __name__ == '__main__':

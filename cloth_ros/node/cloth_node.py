@@ -66,7 +66,7 @@ class ClothNode(ValidatedClockNode):
         self._diagnostics = Diagnostics(context, self._tick_clock, self._ticks)
         self._scene_parameters = SceneParameters(self, scene, queues, self._apply)
         self._safe_service = SafeParameterService(
-            self, self._scene_parameters.check, self._rejected.count_request
+            self, self._scene_parameters, self._rejected.count_request
         )
         timer = self.create_timer(PERIOD, self._report, clock=self._tick_clock.steady)
         watch_for_clock_jumps(timer)

@@ -19,9 +19,8 @@ from typing import Any
 
 from ..scene import parameter_file
 from ..scene.parameter import (
-    DEFAULTS,
-    PARAMETERS,
     convert,
+    declaration,
     format_value,
     invalid_value_error,
 )
@@ -165,17 +164,19 @@ def _rewritten(rule: str) -> str:
     match = _RULE.fullmatch(rule)
     if match is None:
         name, _, text = re.sub(r'\s*[:=]+\s*', '=', rule, count=1).partition('=')
-        remedy = shlex.quote(f'{name}:={text or write(DEFAULTS.get(name, 0))}')
+        known = declaration(name)
+        remedy = shlex.quote(f'{name}:={text or write(known.default if known else 0)}')
         raise invalid_value_error('the argument of -p', rule, 'NAME:=VALUE', f'write -p {remedy}')
     name, own = match['name'], match['node'] is None
+    known = declaration(name)
     try:
         value = parameter_file.read_value(name, match['value'])
-        if name not in PARAMETERS:
-            known = value is None or isinstance(value, Mapping) or _is_ros_value(value)
-            return rule if known else f'{match["node"] or ""}{name}:={write(format_value(value))}'
-        value = convert(name, value, DEFAULTS[name], PARAMETERS[name])
+        if known is None:
+            typed = value is None or isinstance(value, Mapping) or _is_ros_value(value)
+            return rule if typed else f'{match["node"] or ""}{name}:={write(format_value(value))}'
+        value = convert(name, value, known.default, known.spec)
     except ValueError as error:
-        if not own or name not in PARAMETERS:  # perhaps meant for another node
+        if not own or known is None:  # perhaps meant for another node
             return rule
         raise ValueError(str(error) if name in str(error) else f'{name}: {error}') from None
     return f'{match["node"] or ""}{name}:={_typed(value)}'
@@ -183,9 +184,10 @@ def _rewritten(rule: str) -> str:
 
 def _ros_text(name: str, value: Any, errors: list[str]) -> str:
     """Return a value from a file in a type that rcl reads, and note why it is wrong."""
-    if name in PARAMETERS:
+    known = declaration(name)
+    if known is not None:
         try:
-            converted = convert(name, value, DEFAULTS[name], PARAMETERS[name])
+            converted = convert(name, value, known.default, known.spec)
         except ValueError as error:
             errors.append(str(error))
         else:

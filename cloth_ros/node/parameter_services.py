@@ -16,7 +16,7 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_service import ParameterService
 
 from ..scene.parameter import (
-    PARAMETERS,
+    declaration,
     format_value,
     invalid_value_error,
     one_line,
@@ -24,7 +24,7 @@ from ..scene.parameter import (
 )
 from ..scene.suggestion import closest_bool
 from ..scene.yaml_text import write
-from .parameters import coerce_types
+from .parameters import SceneParameters, coerce_types
 
 _LONGEST = 600  # characters of a reason
 
@@ -45,8 +45,8 @@ class SafeParameterService(ParameterService):
     ----------
     node
         Owner of the parameters.
-    check
-        Raises ValueError for parameters that cannot be set.
+    scene
+        Checks and declares the parameters of a scene.
     rejected
         Called for each request, or part of one, that is rejected.
 
@@ -55,38 +55,66 @@ class SafeParameterService(ParameterService):
     def __init__(
         self,
         node: Node,
-        check: Callable[[list[Parameter]], None],
+        scene: SceneParameters,
         rejected: Callable[[], None],
     ) -> None:
         super().__init__(node)
-        self._owner, self._check, self._rejected = node, check, rejected
+        self._owner, self._scene, self._rejected = node, scene, rejected
 
     def _set_parameters_callback(
         self, request: SetParameters.Request, response: SetParameters.Response
     ) -> SetParameters.Response:
-        for parameter in request.parameters:
-            single = SetParametersAtomically.Request(parameters=[parameter])
-            answer = SetParametersAtomically.Response()
-            self._set_parameters_atomically_callback(single, answer)
-            response.results.append(answer.result)
+        """
+        Set parameters one by one; try again, after the others, what was rejected.
+
+        A file from `ros2 param dump` may name a collider before it gives the parameters.
+        """
+        results = [self._set([parameter]) for parameter in request.parameters]
+        for place, parameter in enumerate(request.parameters):
+            if not results[place].successful:
+                results[place] = self._set([parameter])
+        for result in results:
+            if not result.successful:
+                self._rejected()
+        response.results = results
         return response
 
     def _set_parameters_atomically_callback(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        try:
-            request.parameters = list(self._to_be_set(request.parameters))
-        except ValueError as error:
-            response.result = SetParametersResult(successful=False, reason=str(error))
-        else:
-            response.result = SetParametersResult(successful=True)
-            if request.parameters:
-                super()._set_parameters_atomically_callback(request, response)
+        response.result = self._set(request.parameters)
         if not response.result.successful:
             self._rejected()
-        # rclpy quotes names of any length.
-        response.result.reason = one_line(response.result.reason)[:_LONGEST]
         return response
+
+    def _set(self, messages: Sequence[ParameterMessage]) -> SetParametersResult:
+        """Set parameters together; return why they cannot be set, or what has no effect yet."""
+        try:
+            changes = list(self._to_be_set(messages))
+        except ValueError as error:
+            result = SetParametersResult(successful=False, reason=str(error))
+        else:
+            result = SetParametersResult(successful=True)
+            if changes:
+                request = SetParametersAtomically.Request(parameters=changes)
+                answer = SetParametersAtomically.Response()
+                with self._scene.declared(
+                    coerce_types(map(Parameter.from_parameter_msg, changes))
+                ):
+                    result = super()._set_parameters_atomically_callback(request, answer).result
+            if result.successful:
+                result.reason = self._without_effect(changes)
+        # rclpy quotes names of any length.
+        result.reason = one_line(result.reason)[:_LONGEST]
+        return result
+
+    def _without_effect(self, messages: Sequence[ParameterMessage]) -> str:
+        """Say which parameters have no effect yet, because their collider is not named."""
+        unnamed = self._scene.unnamed(messages)
+        if not unnamed:
+            return ''
+        names = ' and '.join(map(repr, unnamed))
+        return f'no effect until {names} is in collider.names'
 
     def _to_be_set(self, messages: Sequence[ParameterMessage]) -> Iterator[ParameterMessage]:
         """Yield the parameters to set, without fixed ones that keep their value; ValueError."""
@@ -107,7 +135,7 @@ class SafeParameterService(ParameterService):
                 )
         for parameter in parameters:
             self._check_own(parameter)
-        self._check(parameters)
+        self._scene.check(parameters)
         for message, parameter in zip(messages, parameters, strict=True):
             if not self._is_fixed(parameter.name):
                 yield message
@@ -126,7 +154,7 @@ class SafeParameterService(ParameterService):
     def _check_own(self, parameter: Parameter) -> None:
         """Raise ValueError for a name that the node does not have, and for another type."""
         name, owner = parameter.name, self._owner
-        if name in PARAMETERS:
+        if declaration(name) is not None:
             return
         if not owner.has_parameter(name):
             own = [known for known in owner.get_parameters_by_prefix('') if known]

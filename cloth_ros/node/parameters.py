@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -16,16 +16,16 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..model import check_scene
-from ..scene import Scene
+from ..scene import Colliders, Scene
 from ..scene.parameter import (
-    DEFAULTS,
-    GROUPS,
-    PARAMETERS,
     ParameterSpec,
     convert,
+    declaration,
+    is_group,
     unknown_parameter_error,
 )
 from ..scene.parameter_file import NODE_PARAMETERS
+from ..scene.yaml_text import write
 from .qos import QueueDepths, check_policy
 
 
@@ -76,7 +76,7 @@ def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
         check_policy(name, parameter.value)
         if name.split('.')[0] in NODE_PARAMETERS:
             continue
-        if name in PARAMETERS or name in GROUPS:
+        if declaration(name) is not None or is_group(name):
             given[name] = parameter.value
             node.undeclare_parameter(name)
         else:
@@ -86,10 +86,31 @@ def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
     check_scene(scene)
     queues = QueueDepths.of(node)
     queues.check(scene)
-    for name, value in scene.flat().items():
-        descriptor = _descriptor(name, value, PARAMETERS[name])
-        node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
+    declare_missing(node, scene)
+    for collider in scene.collider.unnamed:
+        names = write([*scene.collider.names, collider.name])
+        node.get_logger().warning(
+            f'the parameters of the collider {collider.name!r} have no effect: it is not in '
+            f'collider.names; write collider.names: {names}'
+        )
     return scene, queues
+
+
+def declare_missing(node: Node, scene: Scene) -> None:
+    """Declare the parameters of a scene that a node does not have yet, with their values."""
+    for name, value in scene.flat().items():
+        if not node.has_parameter(name):
+            known = declaration(name)
+            assert known is not None
+            descriptor = _descriptor(name, value, known.spec)
+            node.declare_parameter(name, _ros_value(value), descriptor, ignore_override=True)
+
+
+def undeclare_removed(node: Node, before: Scene, after: Scene) -> None:
+    """Undeclare the parameters of colliders that a scene has no longer."""
+    for name in before.collider.flat().keys() - after.collider.flat().keys():
+        if node.has_parameter(name):
+            node.undeclare_parameter(name)
 
 
 def coerce_types(parameters: Iterable[Parameter]) -> list[Parameter]:
@@ -97,12 +118,13 @@ def coerce_types(parameters: Iterable[Parameter]) -> list[Parameter]:
     result = []
     for parameter in parameters:
         name = parameter.name
-        if name in PARAMETERS:
+        known = declaration(name)
+        if known is not None:
             # What is not valid is rejected later, with this reason.
             with suppress(ValueError):
-                value = convert(name, parameter.value, DEFAULTS[name], PARAMETERS[name])
+                value = convert(name, parameter.value, known.default, known.spec)
                 items = list(value) if isinstance(value, tuple) else value
-                parameter = Parameter(name, _type(DEFAULTS[name]), items)
+                parameter = Parameter(name, _type(known.default), items)
         result.append(parameter)
     return result
 
@@ -110,8 +132,8 @@ def coerce_types(parameters: Iterable[Parameter]) -> list[Parameter]:
 def _type(default: Any) -> Parameter.Type:
     """Return the type of a parameter with this default."""
     if isinstance(default, tuple):
-        is_text = isinstance(default[0], str)
-        return Parameter.Type.STRING_ARRAY if is_text else Parameter.Type.DOUBLE_ARRAY
+        is_number = bool(default) and isinstance(default[0], float)
+        return Parameter.Type.DOUBLE_ARRAY if is_number else Parameter.Type.STRING_ARRAY
     kind: Parameter.Type = Parameter.Type.from_parameter_value(default)
     return kind
 
@@ -127,7 +149,9 @@ def changed_scene(scene: Scene, parameters: Iterable[Parameter], queues: QueueDe
 
     """
     changes = {
-        parameter.name: parameter.value for parameter in parameters if parameter.name in PARAMETERS
+        parameter.name: parameter.value
+        for parameter in parameters
+        if declaration(parameter.name) is not None
     }
     if not changes:
         return scene
@@ -161,7 +185,8 @@ class SceneParameters:
         self, node: Node, scene: Scene, queues: QueueDepths, apply: Callable[[Scene], None]
     ) -> None:
         self.scene = scene
-        self._queues, self._apply = queues, apply
+        self._node, self._queues, self._apply = node, queues, apply
+        self._declaring = False
         node.add_pre_set_parameters_callback(coerce_types)
         node.add_on_set_parameters_callback(self._may_be_set)
         node.add_post_set_parameters_callback(self._were_set)
@@ -170,7 +195,43 @@ class SceneParameters:
         """Raise ValueError if these parameters cannot be set."""
         changed_scene(self.scene, parameters, self._queues)
 
+    @contextmanager
+    def declared(self, parameters: Iterable[Parameter]) -> Iterator[None]:
+        """
+        Declare the parameters that belong to a collider without parameters so far; set them then.
+
+        rclpy sets declared parameters only.  What was not set in the end is undeclared.
+
+        Raises
+        ------
+        ValueError
+            The parameters cannot be set.
+
+        """
+        changed = changed_scene(self.scene, parameters, self._queues)
+        with self._unfollowed():
+            declare_missing(self._node, changed)
+        yield
+        undeclare_removed(self._node, changed, self.scene)
+
+    @contextmanager
+    def _unfollowed(self) -> Iterator[None]:
+        """Declare parameters of a valid scene: neither checked nor followed."""
+        self._declaring = True
+        try:
+            yield
+        finally:
+            self._declaring = False
+
+    def unnamed(self, parameters: Iterable[Parameter]) -> list[str]:
+        """Return the colliders that parameters belong to, and that `collider.names` lacks."""
+        given = {parameter.name.rpartition('.')[0] for parameter in parameters}
+        prefix = Colliders.prefix
+        return [each.name for each in self.scene.collider.unnamed if prefix + each.name in given]
+
     def _may_be_set(self, parameters: list[Parameter]) -> SetParametersResult:
+        if self._declaring:
+            return SetParametersResult(successful=True)
         try:
             self.check(parameters)
         except ValueError as error:
@@ -178,5 +239,11 @@ class SceneParameters:
         return SetParametersResult(successful=True)
 
     def _were_set(self, parameters: list[Parameter]) -> None:
-        self.scene = changed_scene(self.scene, parameters, self._queues)
+        if self._declaring:
+            return
+        before, self.scene = self.scene, changed_scene(self.scene, parameters, self._queues)
+        # With `collider.names`, new colliders may come and others go.
+        with self._unfollowed():
+            declare_missing(self._node, self.scene)
+            undeclare_removed(self._node, before, self.scene)
         self._apply(self.scene)

@@ -20,8 +20,11 @@ _DEEPEST = 1000
 # Policies of a topic that may be overridden: their default, and what they may be.
 _POLICIES: dict[str, tuple[object, ParameterSpec]] = {
     'depth': (0, ParameterSpec('', low=0, high=_DEEPEST)),
-    'history': ('', ParameterSpec('', choices=('keep_last', 'system_default'))),
-    'reliability': ('', ParameterSpec('', choices=('reliable', 'best_effort', 'system_default'))),
+    'history': ('keep_last', ParameterSpec('', choices=('keep_last', 'system_default'))),
+    'reliability': (
+        'reliable',
+        ParameterSpec('', choices=('reliable', 'best_effort', 'system_default')),
+    ),
 }
 
 

@@ -1,5 +1,17 @@
 """Parameters of a simulation as validated data: units, ranges, and reading ROS parameter files."""
 
+from .collider import ColliderParameters, Colliders
 from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
 
-__all__ = ['Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere', 'Springs', 'Wind']
+__all__ = [
+    'ColliderParameters',
+    'Colliders',
+    'Gust',
+    'Markers',
+    'Scene',
+    'Sheet',
+    'Solver',
+    'Sphere',
+    'Springs',
+    'Wind',
+]

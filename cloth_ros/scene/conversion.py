@@ -190,7 +190,8 @@ def convert(name: str, value: object, default: object, known: ParameterSpec) -> 
     """
     Return `value` in the type of `default`, checked against the range.
 
-    Numbers, booleans and lists of numbers may be given as text.
+    Numbers, booleans and lists of numbers may be given as text.  The default is allowed although
+    it may not be among the choices: an empty string for what is not given.
 
     Raises
     ------
@@ -209,7 +210,7 @@ def convert(name: str, value: object, default: object, known: ParameterSpec) -> 
     if isinstance(default, float):
         return _number(name, value, known, default)
     if isinstance(default, str):
-        if known.choices and not (isinstance(value, str) and value in known.choices):
+        if known.choices and not (isinstance(value, str) and value in (*known.choices, default)):
             choice = suggestion.closest_choice(value, default, known.choices)
             raise invalid_value_error(name, value, known.range_text, f'write {write(choice)}')
         return _string(name, value, default)
@@ -217,6 +218,34 @@ def convert(name: str, value: object, default: object, known: ParameterSpec) -> 
     if default and isinstance(default[0], float):
         return vector(name, value, default, known)
     return _strings(name, value, default)
+
+
+def unit_vector(
+    name: str, vector: tuple[float, ...], what: str, example: tuple[float, ...]
+) -> tuple[float, ...]:
+    """
+    Return a vector or quaternion of length one; ValueError if its length is zero.
+
+    Parameters
+    ----------
+    name
+        Of the parameter, for the error.
+    vector
+        Finite numbers.
+    what
+        'vector' or 'quaternion'.
+    example
+        What the error advises.
+
+    """
+    length = math.hypot(*vector)
+    if length < 1e-9:
+        raise invalid_value_error(
+            name, list(vector), f'a {what} other than zero', f'write {write(example)}'
+        )
+    if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
+        return vector
+    return tuple(component / length for component in vector)
 
 
 def checked_number(name: str, value: object, low: float, high: float, unit: str) -> float:

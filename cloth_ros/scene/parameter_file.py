@@ -6,12 +6,19 @@ import functools
 import os
 import re
 import stat
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import yaml
 
-from .parameter import DEFAULTS, PARAMETERS, format_value, invalid_value_error, one_line
+from .parameter import (
+    DEFAULTS,
+    MEMBERS,
+    declaration,
+    format_value,
+    invalid_value_error,
+    one_line,
+)
 
 NODE_NAME = 'cloth'
 # Parameters that every ROS 2 node has; a scene file may set them, the model does not use them.
@@ -20,6 +27,8 @@ NODE_PARAMETERS = ('use_sim_time', 'start_type_description_service', 'qos_overri
 
 # Bytes; a scene has a few hundred, and a file of this size takes two seconds to read.
 _LARGEST = 200_000
+# Lists of names, `y` and `on` among them.  Not pins: without quotes, "0,0" is two numbers.
+_LISTS_OF_NAMES = ('names',)
 _STRING, _NULL = 'tag:yaml.org,2002:str', 'tag:yaml.org,2002:null'
 _PARAMETERS = 'ros__parameters'
 # Names that ROS reads; in `/**` and `/*` each star stands for names.
@@ -70,20 +79,38 @@ class _Loader(yaml.SafeLoader):
                     raise _NotReadError(problem, key.start_mark, 'leave one out')
                 keys.add(key.value)
                 key.tag = _STRING
-                if key.value.rpartition('.')[2] in _names_of_strings():
+                last = key.value.rpartition('.')[2]
+                if last in _names_of_strings():
                     _take_as_string(value)
+                elif last in _LISTS_OF_NAMES:
+                    _take_items_as_strings(value)
         return super().construct_mapping(node, deep)
 
 
 @functools.cache
 def _names_of_strings() -> set[str]:
     """Return the names, without their groups, of the parameters that are strings."""
-    return {name.rpartition('.')[2] for name, value in DEFAULTS.items() if isinstance(value, str)}
+    fixed = {name.rpartition('.')[2]: value for name, value in DEFAULTS.items()}
+    members = {
+        name: known.default for fields in MEMBERS.values() for name, known in fields.items()
+    }
+    return {
+        name
+        for defaults in (fixed, members)
+        for name, value in defaults.items()
+        if isinstance(value, str)
+    }
 
 
 def _take_as_string(node: yaml.Node) -> None:
     if isinstance(node, yaml.ScalarNode) and node.tag != _NULL:
         node.tag = _STRING
+
+
+def _take_items_as_strings(node: yaml.Node) -> None:
+    if isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            _take_as_string(item)
 
 
 # As for ROS, 1e-3 is a number, `y` a boolean, and a date a string.
@@ -139,13 +166,13 @@ def format_path(path: object) -> str:
     return name if name and name.isprintable() else format_value(path)
 
 
-def _load(text: bytes | str, *, as_string: bool = False) -> Any:
+def _load(text: bytes | str, take: Callable[[yaml.Node], None] | None = None) -> Any:
     try:
         loader = _Loader(text)
         try:
             node = loader.get_single_node()
-            if as_string and node is not None:
-                _take_as_string(node)
+            if take is not None and node is not None:
+                take(node)
             return None if node is None else loader.construct_document(node)
         finally:
             loader.dispose()
@@ -166,7 +193,11 @@ def read_value(name: str, text: str) -> Any:
         It is not YAML.
 
     """
-    return _load(text, as_string=isinstance(DEFAULTS.get(name), str))
+    known = declaration(name)
+    if name.rpartition('.')[2] in _LISTS_OF_NAMES:
+        return _load(text, _take_items_as_strings)
+    is_string = known is not None and isinstance(known.default, str)
+    return _load(text, _take_as_string if is_string else None)
 
 
 def sections(text: bytes) -> list[tuple[str, dict[str, Any]]]:
@@ -223,7 +254,7 @@ def flat(values: Mapping[str, Any], prefix: str = '') -> dict[str, Any]:
     """Return nested parameters by dotted names; a later one replaces an earlier one."""
     result: dict[str, Any] = {}
     for name, value in values.items():
-        if isinstance(value, Mapping) and prefix + name not in PARAMETERS:
+        if isinstance(value, Mapping) and declaration(prefix + name) is None:
             result.update(flat(value, f'{prefix}{name}.'))
         else:
             result[prefix + name] = value

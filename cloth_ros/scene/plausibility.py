@@ -11,6 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .collider import SHAPE_PARAMETERS
+from .conversion import format_value
 from .scene import Scene, Vector
 
 # Areal densities, kg/m²: beyond coated fabric and rubber sheets, and below the thinnest foil.
@@ -63,6 +65,7 @@ def _implausible(scene: Scene) -> Iterator[tuple[str, str]]:
             f'radius {scene.sphere.radius:g} m overlaps the sheet by {depth:.2g} m; it starts as '
             'large as there is room and grows at 1 m/s',
         )
+    yield from _implausible_colliders(scene)
     gravity = math.hypot(*scene.gravity)
     if gravity > _STRONGEST_GRAVITY:
         yield (
@@ -86,6 +89,33 @@ def _implausible(scene: Scene) -> Iterator[tuple[str, str]]:
             f'solver.tolerance is {scene.solver.tolerance:g} m, on a sheet whose diagonal is '
             f'{sheet.diagonal:.3g} m; it is a length in metres, so 1 mm is 0.001',
         )
+
+
+def _implausible_colliders(scene: Scene) -> Iterator[tuple[str, str]]:
+    flat = scene.collider.flat()
+    for collider in scene.colliders:
+        used = SHAPE_PARAMETERS[collider.type]
+        for name in collider.unused:
+            what = f'which has {" and ".join(used)}' if used else 'which has no size'
+            yield (
+                name,
+                f'{name} is {_numbers(flat[name])}: it has no effect on a {collider.type}, {what}',
+            )
+        for name in map(collider.full_name, used):
+            value = flat[name]
+            longest = max(value) if isinstance(value, tuple) else value
+            if isinstance(longest, float) and longest > _LONGEST:
+                yield (
+                    name,
+                    f'{name} is {_numbers(value)}: lengths are in metres, so 150 mm are 0.15',
+                )
+
+
+def _numbers(value: object) -> str:
+    """Return a number, some numbers, or a text in a short form."""
+    if isinstance(value, tuple):
+        return f'[{", ".join(f"{each:g}" for each in value)}]'
+    return f'{value:g}' if isinstance(value, float) else format_value(value)
 
 
 def _distance(scene: Scene) -> float:

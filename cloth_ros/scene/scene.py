@@ -10,13 +10,15 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from . import parameter_file
-from .parameter import DEFAULTS, ParameterGroup, invalid_value_error, parameter, register
+from .collider import ColliderParameters, Colliders
+from .conversion import unit_vector
+from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .yaml_text import write
 
@@ -24,18 +26,6 @@ Vector = tuple[float, float, float]
 
 # Integration methods that a scene may name; `cloth_ros.model.integrators` has one class for each.
 INTEGRATOR_NAMES = ('position_verlet',)
-
-
-def _unit(name: str, vector: tuple[float, ...], what: str) -> tuple[float, ...]:
-    length = math.hypot(*vector)
-    if length < 1e-9:
-        example = write(DEFAULTS[name])
-        raise invalid_value_error(
-            name, list(vector), f'a {what} other than zero', f'write {example}'
-        )
-    if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
-        return vector
-    return tuple(component / length for component in vector)
 
 
 @dataclass(frozen=True)
@@ -63,7 +53,9 @@ class Sheet(ParameterGroup):
 
     def check(self) -> None:
         """Normalise the quaternion."""
-        unit = _unit('sheet.orientation', self.orientation, 'quaternion')
+        unit = unit_vector(
+            'sheet.orientation', self.orientation, 'quaternion', (0.0, 0.0, 0.0, 1.0)
+        )
         object.__setattr__(self, 'orientation', unit)
 
     @property
@@ -140,7 +132,7 @@ class Gust(ParameterGroup):
 
     def check(self) -> None:
         """Normalise the direction; check speed, period and duration."""
-        unit = _unit('wind.gust.direction', self.direction, 'vector')
+        unit = unit_vector('wind.gust.direction', self.direction, 'vector', (0.0, 1.0, 0.0))
         object.__setattr__(self, 'direction', unit)
         if self.speed[0] > self.speed[1]:
             swapped = write(self.speed[::-1])
@@ -269,6 +261,7 @@ class Scene(ParameterGroup):
     springs: Springs = field(default_factory=Springs)
     wind: Wind = field(default_factory=Wind)
     sphere: Sphere = field(default_factory=Sphere)
+    collider: Colliders = field(default_factory=Colliders)
     solver: Solver = field(default_factory=Solver)
     markers: Markers = field(default_factory=Markers)
 
@@ -298,23 +291,68 @@ class Scene(ParameterGroup):
         return scene
 
     def with_parameters(self, changes: Mapping[str, Any]) -> Scene:
-        """Return this scene with the parameters of these dotted names changed, and checked."""
+        """
+        Return this scene with the parameters of these dotted names changed, and checked.
+
+        A change of ``collider.names`` removes the parameters of all colliders that it does not
+        name, except those given in the same change.
+
+        Raises
+        ------
+        ValueError
+            The parameters do not exist or are not valid.
+
+        """
         if not isinstance(changes, Mapping):
             raise invalid_value_error(
                 'the change', changes, 'a mapping of names to values', "write {'rate': 60.0}"
             )
-        whole = tuple(
-            f'{name}.'
+        whole = [
+            name
             for name, value in changes.items()
             if isinstance(name, str) and isinstance(value, ParameterGroup)
-        )
-        kept = {name: value for name, value in self.flat().items() if not name.startswith(whole)}
-        return self.from_parameters({**kept, **changes})
+        ]
+        kept: dict[str, Any] = {}
+        for name, value in self.children().items():
+            if isinstance(value, Colliders):  # as it is: there may be many, checked already
+                kept[name] = value.without(whole)
+            else:
+                kept.update(value.flat() if isinstance(value, ParameterGroup) else {name: value})
+        groups = tuple(f'{name}.' for name in whole)
+        kept = {
+            name: value
+            for name, value in kept.items()
+            if name not in whole and not name.startswith(groups)
+        }
+        scene = self.from_parameters({**kept, **changes})
+        given = parameter_file.flat(changes)
+        if 'collider.names' not in given:
+            return scene
+        return replace(scene, collider=scene.collider.without_unnamed(given))
 
     def check(self) -> None:
         """Refuse pins that the sheet does not have; leave out those that pin nothing."""
         object.__setattr__(self, 'pins', tuple(pin for pin in self.pins if pin.strip()))
         self.pinned()
+
+    @property
+    def colliders(self) -> tuple[ColliderParameters, ...]:
+        """The colliders of `collider.names`, in that order; the `sphere` is not among them."""
+        return self.collider.named
+
+    def all_colliders(self) -> tuple[ColliderParameters, ...]:
+        """Return all colliders of the scene: the sphere, if its radius is not 0, then others."""
+        sphere = self.sphere
+        if sphere.radius == 0:
+            return self.colliders
+        first = ColliderParameters(
+            name='sphere',
+            type='sphere',
+            radius=sphere.radius,
+            position=sphere.position,
+            friction=sphere.friction,
+        )
+        return (first, *self.colliders)
 
     @property
     def has_air(self) -> bool:

@@ -6,7 +6,7 @@ import difflib
 import math
 import numbers
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from .yaml_text import NUMBER, parse_bool, parse_list, parse_number
@@ -83,11 +83,33 @@ def closest_name(name: str, known: Iterable[str]) -> str | None:
     for candidate in known:
         # A name without its group, such as `rows`, is nearly as good.
         for text, share in ((candidate, 1.0), (candidate.rpartition('.')[2], 0.95)):
-            matcher.set_seq1(_SEPARATOR.sub('.', text))
+            matcher.set_seq1(_SEPARATOR.sub('.', text.lower()))
             likeness = share * matcher.ratio()
             if likeness > best:
                 best, result = likeness, candidate
     return result
+
+
+def member_names(name: str, members: Mapping[str, Iterable[str]], *, group: bool) -> Iterator[str]:
+    """
+    Yield the names in open groups that a misspelt name of a member may mean.
+
+    Parameters
+    ----------
+    name
+        ``colliders.table``, or ``collider.table.radios``.
+    members
+        Fields of the members, by open group.
+    group
+        True if it is the name of a member, and not of one of its parameters.
+
+    """
+    parts = re.split('[./:]', name[:_LONGEST])  # not at _, which names contain
+    for open_group, fields in members.items():
+        if group and len(parts) == 2:
+            yield f'{open_group}.{parts[1]}'
+        elif not group and len(parts) == 3:
+            yield from (f'{open_group}.{parts[1]}.{field}' for field in fields)
 
 
 def closest_strings(value: Any, default: Sequence[str]) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from cloth_ros.scene.parameter import PARAMETERS
 
 DEFAULTS = Scene().flat()
 NAMES = sorted(PARAMETERS)
-GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'solver', 'markers']
+GROUPS = ['sheet', 'springs', 'wind', 'wind.gust', 'sphere', 'collider', 'solver', 'markers']
 
 
 def is_clear(message: str) -> bool:
@@ -113,6 +113,9 @@ def near(name: str) -> st.SearchStrategy[object]:
         return st.sampled_from([*known.choices, *(choice.upper() for choice in known.choices)])
     if isinstance(default, bool):
         return st.booleans()
+    if name == 'collider.names':
+        names = st.sampled_from(['', ' ', '2x', 'a b', 'wind', 'sphere', 'a', 'a', 'x' * 70, 'é'])
+        return st.lists(names, max_size=4)
     if name == 'pins':
         place = st.integers(-33, 33).map(str) | st.sampled_from([':', '1:', '::5', '::-1', '4:4'])
         return st.lists(st.tuples(place, place).map(','.join), max_size=4)

@@ -210,7 +210,7 @@ def parameters(draw: st.DrawFn) -> Parameter:
     if name in DEFAULTS and draw(st.integers(0, 9)) < 7:
         default = DEFAULTS[name]
         array = isinstance(default, tuple)
-        kind = OWN[not array][type(default[0] if array else default)]
+        kind = OWN[not array][type((*default, '')[0] if array else default)]
     value, field = ParameterValue(type=kind), FIELDS.get(kind, '')
     element = st.sampled_from(ELEMENTS.get(field.removesuffix('_array'), TEXTS))
     if field.endswith('_array'):

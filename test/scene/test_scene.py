@@ -23,6 +23,7 @@ DEFAULTS = [
     ('wind.gust.', {'period': 0.0, 'duration': 1.0, 'direction': (0.0, 1.0, 0.0), 'seed': 0}),
     ('wind.gust.', {'speed': (0.0, 5.0)}),
     ('sphere.', {'radius': 0.0, 'position': (0.0, 0.0, 0.0), 'friction': 0.3}),
+    ('collider.', {'names': ()}),
     ('solver.', {'method': 'auto', 'substeps': 0, 'tolerance': 0.001, 'precision': 'single'}),
     ('solver.', {'threads': 1, 'max_tick': 0.1, 'overload': 'slow_motion'}),
     ('markers.', {'rate': 30.0, 'springs': False, 'meshes': 'triangles'}),
