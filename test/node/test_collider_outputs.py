@@ -1,4 +1,4 @@
-"""What leaves a node about its colliders."""
+"""What a node publishes about its colliders."""
 
 import sys
 
