@@ -22,8 +22,12 @@ def collider_markers(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
         marker = new_marker(name, kind, _COLOUR, 1.0, cloth.scene.frame_id)
 
         def write_pose(view: Array, cloth: PublishedCloth, name: str = name) -> None:
-            """Write position and scale; between them is the orientation."""
+            """Write position, orientation and scale."""
             collider = cloth.colliders[name]
-            view[:3], view[7:] = collider.position, collider.size
+            view[:3], view[3:7], view[7:] = (
+                collider.position,
+                collider.orientation,
+                collider.size,
+            )
 
         yield PoseMarker(marker, write_pose)
