@@ -185,13 +185,38 @@ class LiveCloth:
         self._change_scene()  # parameters that were set before the command hold for it
         self._published.cloth.wind = velocity
 
-    def move_collider(self, name: str, position: Sequence[float]) -> None:
-        """Move a collider to `position`, m, by the end of the next tick; raises ValueError."""
+    def move_collider(
+        self, name: str, position: Sequence[float], orientation: Sequence[float] | None = None
+    ) -> None:
+        """
+        Move a collider to a pose, which it reaches by the end of the next tick.
+
+        Parameters
+        ----------
+        name
+            Of the collider.
+        position
+            m.
+        orientation
+            Quaternion x y z w of any length but zero; None: the present one.
+
+        Raises
+        ------
+        ValueError
+            The pose is not finite or too far away, or there is no such collider.
+
+        """
         self._change_scene()
-        if name == SphereCollider.name:  # without a sphere, the error names its parameter
-            self._published.cloth.move_sphere(position)
-        else:
-            self._published.cloth.move_collider(name, position)
+        cloth = self._published.cloth
+        if name not in cloth.colliders:
+            if any(each.name == name for each in self.requested.all_colliders()):
+                raise ValueError(
+                    f'the collider {name!r} is not there yet: its kernels are being compiled; '
+                    'send the pose again'
+                )
+            if name == SphereCollider.name:  # the error names its parameter
+                cloth.move_sphere(position)
+        cloth.move_collider(name, position, orientation)
 
     def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
         """Return force, N, and torque, N m, on a collider; see `Cloth.contact_wrench`."""

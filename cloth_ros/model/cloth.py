@@ -9,6 +9,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
+from ..scene.quaternion import checked_orientation
 from . import memory
 from .contact.collider import Collider
 from .contact.kinematic_path import extend_path
@@ -223,9 +224,13 @@ class Cloth:
         """Velocity of the air now, gusts included, m/s."""
         return self._simulation.air_velocity(self._inputs.wind)
 
-    def move_collider(self, name: str, position: Sequence[float]) -> None:
+    def move_collider(
+        self, name: str, position: Sequence[float], orientation: Sequence[float] | None = None
+    ) -> None:
         """
         Move a collider to `position`, m, which it reaches at the end of the next advance.
+
+        The orientation is a quaternion x y z w of any length but zero; None: the present one.
 
         Positions given one after the other before that are passed in their order; of more than
         64, the last one and others that are spread evenly along the path.
@@ -240,6 +245,8 @@ class Cloth:
         target = collider.checked_target(position, self._simulation.state.origin)
         path = self._inputs.collider_paths.get(name, ())
         path = extend_path(collider.position, path, target)
+        if orientation is not None:
+            collider.orientation = checked_orientation(f'{name} orientation', orientation)
         self._inputs = self._inputs.with_path(name, path)
 
     def _collider(self, name: str) -> Collider:

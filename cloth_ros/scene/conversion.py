@@ -12,6 +12,7 @@ import dataclasses
 import math
 import numbers
 import reprlib
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -99,6 +100,8 @@ def _number(
         if isinstance(meant, (bool, np.timedelta64)) or not isinstance(meant, numbers.Real):
             raise TypeError
         number = float(meant)
+        if abs(number) < sys.float_info.min:  # rcl takes subnormal numbers for strings
+            number = 0.0 * number
     except (TypeError, OverflowError):
         allowed = 'a number'
     else:

@@ -185,6 +185,7 @@ def test_sections_namespaces_and_several_files(tmp_path):
         ('pins:=[]', ()),
         ('sheet.size:=["2", 1]', (2.0, 1.0)),
         ('drag:=2', 2.0),
+        ('gravity:=[0, 0, 2.2e-313]', (0.0, 0.0, 0.0)),
         ('sheet.rows:="8"', 8),
         ('solver.tolerance:=1e-4', 1e-4),
         ('markers.springs:=y', True),

@@ -23,6 +23,8 @@ class Collider(Protocol):
         'sphere', 'box' or 'cylinder'.
     initial_position
         Position parameter of the scene, m.
+    orientation
+        Quaternion x y z w.
     max_penetration
         Greatest depth, m, of a triangle in the collider after the last substep, where it is above
         the tolerance.
@@ -33,6 +35,7 @@ class Collider(Protocol):
     shape: str
     initial_position: Vector
     max_penetration: float
+    orientation: tuple[float, float, float, float]
 
     @property
     def position(self) -> Vector:

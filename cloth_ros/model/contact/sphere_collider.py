@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...scene import Scene
+from ...scene import ColliderParameters, Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..kernels.jit import exact, exact_subroutine
@@ -186,8 +186,13 @@ class SphereCollider:
     name = 'sphere'
     shape = 'sphere'
 
-    def __init__(self, scene: Scene, grid: Grid) -> None:
-        sphere = scene.sphere
+    def __init__(
+        self, scene: Scene, grid: Grid, parameters: ColliderParameters | None = None
+    ) -> None:
+        sphere = scene.sphere if parameters is None else parameters
+        if parameters is not None:
+            self.name = parameters.name
+        self.orientation = (0.0, 0.0, 0.0, 1.0) if parameters is None else parameters.orientation
         self.touched = False
         self.max_penetration = 0.0
         self.radius = self._full_radius = sphere.radius
@@ -369,4 +374,5 @@ class SphereCollider:
 
 def sphere_colliders(scene: Scene, grid: Grid) -> list[SphereCollider]:
     """Return the sphere of a scene, if it has one."""
-    return [SphereCollider(scene, grid)] if scene.sphere.radius > 0 else []
+    spheres = (each for each in scene.all_colliders() if each.type == 'sphere')
+    return [SphereCollider(scene, grid, each) for each in spheres]
