@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..model import Cloth, check_scene
 from ..model.contact.collider import Collider
@@ -22,13 +22,13 @@ from ..model.time_step import integrator_for
 from ..scene import Scene
 from ..scene.plausibility import implausible_values
 from .compile_kernels import kinds_of
-from .contact_values import contact_values
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
 from .kernel_compiler import NICEST, KernelCompiler, Log
 from .overload import OVERLOADED
 from .pacing import Pacing
 from .reconfiguration import Reconfiguration
+from .report import Report, contact_values
 from .slow_motion import SlowMotion
 from .solver_summary import solver_summary
 
@@ -37,39 +37,6 @@ _ESTIMATE_SHARE = 0.045
 _LONGEST_PAUSE = 1.0  # s, of which that share is spent at most
 
 Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Report:
-    """
-    How a cloth has run since the last report.
-
-    Attributes
-    ----------
-    real_time_factor
-        Simulated time by time passed.
-    lost
-        Time given up, s; 0 if it is too little to notice.
-    cause
-        Why it was given up; empty if none was.
-    waiting
-        Time for which the process did not get the processor while it simulated, s.
-    rollbacks
-        Batches of substeps that were rolled back.
-    held
-        Why the cloth is held; empty if it is not.
-    reduction
-        What is given up because of overload, in words; empty if nothing is.
-
-    """
-
-    real_time_factor: float
-    lost: float
-    cause: str
-    waiting: float
-    rollbacks: RollbackCounts
-    held: str
-    reduction: str
 
 
 class LiveCloth:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ..live.live_cloth import Report
+from ..live.report import Report
 from .tick_clock import TickClock
 from .tick_statistics import TickStatistics
 

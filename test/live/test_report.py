@@ -1,6 +1,6 @@
 from builders import cloth_of
 
-from cloth_ros.live.contact_values import contact_values
+from cloth_ros.live.report import contact_values
 
 
 def test_values_of_a_sphere_that_a_sheet_falls_on():
