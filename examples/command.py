@@ -3,7 +3,7 @@ Command a running cloth: wind, colliders, pause and reset, from any second proce
 
     python examples/command.py --wind 0 3 0
     python examples/command.py --from 0 -0.6 1.2 --sphere 0 0.4 1.2 --over 2
-    python examples/command.py --collider box 0 0 0.8 --orientation 0 0 0.7 0.7
+    python examples/command.py --collider box 0 0 0.6 --orientation 0 0 0.7 0.7
 """
 
 import argparse

@@ -174,8 +174,8 @@ def main() -> None:
             View((1.0, -1.9, 2.6), (0, 0, 0.75), 0.3),
         ),
         # With a floor of its own, a plane.
-        'table': (_run('table.yaml', 2.5), View((1.9, -2.3, 1.3), (0, 0, 0.2), None)),
-        'box': (_run('box.yaml', 1.6), View((2.0, -2.3, 1.35), (0, 0, 0.55), 0.0)),
+        'table': (_run('table.yaml', 2.5), View((1.9, -2.3, 0.8), (0, 0, 0.28), None)),
+        'box': (_run('box.yaml', 1.6), View((1.8, -2.1, 1.2), (0, 0, 0.38), 0.0)),
         'robot_arm': (
             _run('robot_arm.yaml', 2.2, _reach),
             View((3.1, -3.2, 1.9), (0, -0.1, 0.78), 0.0),

@@ -45,8 +45,8 @@ def test_table_leg_and_floor_are_drawn(table):
         'floor': Marker.CUBE,
     }
     (leg,) = newest(arrays, 'leg')
-    assert leg.pose.position.z == 0.18
-    assert leg.scale.x == pytest.approx(0.08)
+    assert leg.pose.position.z == 0.23
+    assert leg.scale.x == pytest.approx(0.1)
 
 
 def test_table_and_floor_carry_the_sheet(table):
@@ -81,9 +81,9 @@ def test_the_marker_follows_the_pose(table):
     publisher = table.publisher(PoseStamped, '/table/pose')
 
     def moved() -> bool:
-        return any(abs(each.pose.position.z - 0.4) < 1e-9 for each in newest(arrays, 'table'))
+        return any(abs(each.pose.position.z - 0.5) < 1e-9 for each in newest(arrays, 'table'))
 
-    publish_until(moved, table, publisher, iter(lambda: pose(z=0.4), None))
+    publish_until(moved, table, publisher, iter(lambda: pose(z=0.5), None))
 
 
 def test_the_example_sweeps_the_arm_through_the_curtain(start_cloth, start, probe):
