@@ -1,8 +1,9 @@
 """
-Command a running cloth: wind, sphere, pause and reset, from any second process.
+Command a running cloth: wind, colliders, pause and reset, from any second process.
 
     python examples/command.py --wind 0 3 0
     python examples/command.py --from 0 -0.6 1.2 --sphere 0 0.4 1.2 --over 2
+    python examples/command.py --collider box 0 0 0.6 --orientation 0 0 0.7 0.7
 """
 
 import argparse
@@ -36,10 +37,17 @@ def blow(node: Node, wind: list[float]) -> None:
     publisher.wait_for_all_acked()
 
 
-def move(node: Node, start: list[float] | None, end: list[float], seconds: float) -> None:
-    """Move the sphere to `end`: at once, or in a straight line from `start`."""
-    publisher = node.create_publisher(PoseStamped, 'sphere_pose', 1)
-    wait_until(publisher.get_subscription_count, 'sphere_pose')
+def move(
+    node: Node,
+    topic: str,
+    start: list[float] | None,
+    end: list[float],
+    seconds: float,
+    orientation: list[float],
+) -> None:
+    """Move a collider to `end`: at once, or in a straight line from `start`."""
+    publisher = node.create_publisher(PoseStamped, topic, 1)
+    wait_until(publisher.get_subscription_count, topic)
     began, share = time.monotonic(), 0.0
     while share < 1.0:
         share = min((time.monotonic() - began) / seconds, 1.0) if start else 1.0
@@ -47,6 +55,8 @@ def move(node: Node, start: list[float] | None, end: list[float], seconds: float
         point = [a + share * (b - a) for a, b in zip(start or end, end, strict=True)]
         position = message.pose.position
         position.x, position.y, position.z = point
+        turn = message.pose.orientation
+        turn.x, turn.y, turn.z, turn.w = orientation
         publisher.publish(message)
         time.sleep(1 / 60)
     publisher.wait_for_all_acked()
@@ -69,7 +79,21 @@ def main() -> None:
     xyz = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'Z')}
     parser.add_argument('--wind', **xyz, help='velocity of the air, m/s')
     parser.add_argument('--sphere', **xyz, help='centre to move the sphere to, m')
-    parser.add_argument('--from', dest='start', **xyz, help='where the sphere starts, m')
+    parser.add_argument(
+        '--collider',
+        nargs=4,
+        metavar=('NAME', 'X', 'Y', 'Z'),
+        help='collider, and where to move its origin to, m',
+    )
+    parser.add_argument(
+        '--orientation',
+        nargs=4,
+        type=float,
+        default=[0.0, 0.0, 0.0, 1.0],
+        metavar=('X', 'Y', 'Z', 'W'),
+        help='quaternion that the collider turns to (default: not rotated)',
+    )
+    parser.add_argument('--from', dest='start', **xyz, help='where sphere or collider start, m')
     parser.add_argument(
         '--over', type=float, default=1.0, help='s, for the path from there (default 1)'
     )
@@ -77,10 +101,16 @@ def main() -> None:
     parser.add_argument('--resume', action='store_true', help='let time pass again')
     parser.add_argument('--reset', action='store_true', help='back to the initial state')
     options = parser.parse_args()
-    if not any((options.wind, options.sphere, options.pause, options.resume, options.reset)):
-        parser.error('say what to do: --wind, --sphere, --pause, --resume or --reset')
-    if options.start and not options.sphere:
-        parser.error('--from goes with --sphere')
+    commands = ('wind', 'sphere', 'collider', 'pause', 'resume', 'reset')
+    if not any(getattr(options, command) for command in commands):
+        parser.error('say what to do: --wind, --sphere, --collider, --pause, --resume or --reset')
+    if options.start and not (options.sphere or options.collider):
+        parser.error('--from goes with --sphere or --collider')
+    try:
+        name, *place = options.collider or ('', 0, 0, 0)
+        place = [float(text) for text in place]
+    except ValueError:
+        parser.error(f'--collider is {" ".join(options.collider)}, but must be NAME X Y Z')
     if not options.over > 0:
         parser.error(f'--over is {options.over:g}, but must be more than 0 s')
 
@@ -88,8 +118,11 @@ def main() -> None:
     node = Node('cloth_command')
     if options.wind:
         blow(node, options.wind)
+    motion = options.over, options.orientation
     if options.sphere:
-        move(node, options.start, options.sphere, options.over)
+        move(node, 'sphere_pose', options.start, options.sphere, *motion)
+    if options.collider:
+        move(node, f'{name}/pose', options.start, place, *motion)
     if options.pause or options.resume:
         call(node, SetBool, 'cloth/pause', SetBool.Request(data=options.pause))
     if options.reset:

@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from pathlib import Path
 
 from cloth_ros import Scene
 from cloth_ros.model import check_scene
@@ -35,6 +36,13 @@ def main() -> None:
         end = ' '.join(f'{x:g}' for x in scene.sheet.position)
         move = f'examples/command.py --from {start} --sphere {end} --over 1'
         commands.append(('sphere', f'{python} {move}'))
+    if Path(path).name == 'robot_arm.yaml':
+        commands.append(('arm', f'{python} examples/robot_arm.py'))
+    for collider in scene.colliders[:1]:
+        x, y, z = collider.position
+        turned = ' '.join(f'{each:g}' for each in collider.orientation)
+        move = f'--collider {collider.name} {x:g} {y:g} {z + 0.1:g} --orientation {turned}'
+        commands.append((collider.name[:7], f'{python} examples/command.py {move}'))
     commands.append(('reset', f'{python} examples/command.py --reset'))
     if shutil.which('ros2'):
         commands += [

@@ -11,11 +11,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..model import Cloth, check_scene
 from ..model.contact.collider import Collider
-from ..model.contact.sphere_collider import SphereCollider
 from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
 from ..model.time_step import integrator_for
@@ -28,6 +27,7 @@ from .kernel_compiler import NICEST, KernelCompiler, Log
 from .overload import OVERLOADED
 from .pacing import Pacing
 from .reconfiguration import Reconfiguration
+from .report import Report, contact_values
 from .slow_motion import SlowMotion
 from .solver_summary import solver_summary
 
@@ -36,39 +36,6 @@ _ESTIMATE_SHARE = 0.045
 _LONGEST_PAUSE = 1.0  # s, of which that share is spent at most
 
 Vector = tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Report:
-    """
-    How a cloth has run since the last report.
-
-    Attributes
-    ----------
-    real_time_factor
-        Simulated time by time passed.
-    lost
-        Time given up, s; 0 if it is too little to notice.
-    cause
-        Why it was given up; empty if none was.
-    waiting
-        Time for which the process did not get the processor while it simulated, s.
-    rollbacks
-        Batches of substeps that were rolled back.
-    held
-        Why the cloth is held; empty if it is not.
-    reduction
-        What is given up because of overload, in words; empty if nothing is.
-
-    """
-
-    real_time_factor: float
-    lost: float
-    cause: str
-    waiting: float
-    rollbacks: RollbackCounts
-    held: str
-    reduction: str
 
 
 class LiveCloth:
@@ -184,13 +151,42 @@ class LiveCloth:
         self._change_scene()  # parameters that were set before the command hold for it
         self._published.cloth.wind = velocity
 
-    def move_collider(self, name: str, position: Sequence[float]) -> None:
-        """Move a collider to `position`, m, by the end of the next tick; raises ValueError."""
+    def move_collider(
+        self, name: str, position: Sequence[float], orientation: Sequence[float] | None = None
+    ) -> None:
+        """
+        Move a collider to a pose, which it reaches by the end of the next tick.
+
+        Parameters
+        ----------
+        name
+            Of the collider.
+        position
+            m.
+        orientation
+            Quaternion x y z w of any length but zero; None: the present one.
+
+        Raises
+        ------
+        ValueError
+            The pose is not finite or too far away, or there is no such collider.
+
+        """
         self._change_scene()
-        if name == SphereCollider.name:  # without a sphere, the error names its parameter
-            self._published.cloth.move_sphere(position)
-        else:
-            self._published.cloth.move_collider(name, position)
+        cloth = self._published.cloth
+        if name not in cloth.colliders:
+            if any(each.name == name for each in self.requested.all_colliders()):
+                raise ValueError(
+                    f'the collider {name!r} is not there yet: its kernels are being compiled; '
+                    'send the pose again'
+                )
+            if name == 'sphere':  # the error names its parameter
+                cloth.move_sphere(position)
+        cloth.move_collider(name, position, orientation)
+
+    def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
+        """Return force, N, and torque, N m, on a collider; see `Cloth.contact_wrench`."""
+        return self._published.cloth.contact_wrench(name)
 
     def reset(self) -> None:
         """Return to the initial state."""
@@ -373,5 +369,6 @@ class LiveCloth:
             **self._estimator.report(),
             'sphere radius [m]': cloth.sphere_radius,
             'sphere penetration [m]': cloth.sphere_depth,
+            **contact_values(self.colliders),
             **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
         }

@@ -26,6 +26,23 @@ _HEADER = 4  # bytes
 STAMP = Time(sec=0x5EC0_4DB1, nanosec=0x2F4A_91C7)
 
 
+def sentinel(number: int, count: int) -> list[float]:
+    """
+    Return numbers that occur nowhere else in the message, different for each `number`.
+
+    Nor can a frame be named so: three of them in a row are not valid UTF-8.
+
+    Parameters
+    ----------
+    number
+        Of the placeholder in its message; may be negative.
+    count
+        At most 100.
+
+    """
+    return [1.0e17 + 1024.0 * (100 * number + i) for i in range(count)]
+
+
 class SerializedMessage:
     """
     A message that is serialised once and then overwritten in place.

@@ -15,7 +15,7 @@ from ..model.forces.springs import spring_ends, spring_families
 from ..model.grid import Array
 from ..scene import Scene
 from .cdr import SerializedMessage
-from .marker import MarkerWriter, PointsMarker, new_marker
+from .marker import MarkerState, MarkerWriter, PointsMarker, new_marker
 from .published_cloth import PublishedCloth
 
 _SHEET_COLOUR = ColorRGBA(r=0.80, g=0.22, b=0.20, a=1.0)
@@ -45,8 +45,8 @@ def sheet_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
     marker = new_marker('sheet', Marker.TRIANGLE_LIST, _SHEET_COLOUR, 1.0, scene.frame_id)
     cells = (scene.sheet.rows - 1) * (scene.sheet.columns - 1)
 
-    def write(view: Array, _: PublishedCloth, positions: Array) -> None:
-        write_triangles(positions, view)
+    def write(view: Array, state: MarkerState) -> None:
+        write_triangles(state.positions, view)
 
     yield PointsMarker(marker, 6, cells, write)
 
@@ -58,8 +58,8 @@ def pins_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
     if not pinned.any():
         return
 
-    def write(view: Array, _: PublishedCloth, positions: Array) -> None:
-        view[:, 0] = positions[pinned]
+    def write(view: Array, state: MarkerState) -> None:
+        view[:, 0] = state.positions[pinned]
 
     diameter = 3 * _thickness(scene)
     marker = new_marker('pins', Marker.SPHERE_LIST, _PIN_COLOUR, diameter, scene.frame_id)
@@ -77,10 +77,10 @@ def springs_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:
     if not count:
         return
 
-    def write(view: Array, _: PublishedCloth, positions: Array) -> None:
+    def write(view: Array, state: MarkerState) -> None:
         start = 0
         for family in families:
-            ends = spring_ends(family, np.moveaxis(positions, -1, 0))
+            ends = spring_ends(family, np.moveaxis(state.positions, -1, 0))
             stop = start + ends[0][0].size
             for k, end in enumerate(ends):
                 view[start:stop, k] = np.moveaxis(end, 0, -1).reshape(-1, 3)
@@ -123,15 +123,15 @@ class WindMarker:
         self._action = message.view(self._offset, np.int32, (1,))
         self._arrow.bind(message)
 
-    def write(self, cloth: PublishedCloth, positions: Array) -> None:
+    def write(self, state: MarkerState) -> None:
         """Write the arrow of the present wind."""
-        still = math.hypot(*cloth.air_velocity) < _STILL_AIR
+        still = math.hypot(*state.cloth.air_velocity) < _STILL_AIR
         self._action[0] = Marker.DELETE if still else Marker.ADD
-        self._arrow.write(cloth, positions)
+        self._arrow.write(state)
 
-    def _write_arrow(self, view: Array, cloth: PublishedCloth, _: Array) -> None:
+    def _write_arrow(self, view: Array, state: MarkerState) -> None:
         view[0, 1] = self._end
-        view[0, 0] = self._end - _ARROW_SECONDS * np.array(cloth.air_velocity)
+        view[0, 0] = self._end - _ARROW_SECONDS * np.array(state.cloth.air_velocity)
 
 
 def wind_marker(cloth: PublishedCloth) -> Iterator[MarkerWriter]:

@@ -1,23 +1,45 @@
-"""One marker of a serialised MarkerArray: a list of points, or a pose."""
+"""One marker of a serialised MarkerArray: a list of points, a pose, or both."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from geometry_msgs.msg import Point, Vector3
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
+from ..model.contact.collider import Collider
 from ..model.grid import Array
-from .cdr import STAMP, SerializedMessage
+from .cdr import STAMP, SerializedMessage, sentinel
 from .published_cloth import PublishedCloth
 
-# Writes points, shape (count, length, 3), from a cloth and its positions, (rows, columns, 3).
-WritePoints = Callable[[Array, PublishedCloth, Array], None]
-# Writes a position, orientation x y z w and scale, shape (10,), from a cloth.
-WritePose = Callable[[Array, PublishedCloth], None]
+
+class MarkerState(NamedTuple):
+    """
+    What markers are written from, read once for all of them.
+
+    Attributes
+    ----------
+    cloth
+        The cloth.
+    positions
+        Its positions, m, shape (rows, columns, 3).
+    colliders
+        Its colliders by name.
+
+    """
+
+    cloth: PublishedCloth
+    positions: Array
+    colliders: Mapping[str, Collider]
+
+
+# Writes points, shape (count, length, 3).
+WritePoints = Callable[[Array, MarkerState], None]
+# Writes a position, orientation x y z w and scale, shape (10,).
+WritePose = Callable[[Array, MarkerState], None]
 
 
 class MarkerWriter(Protocol):
@@ -34,8 +56,8 @@ class MarkerWriter(Protocol):
     def bind(self, message: SerializedMessage) -> None:
         """Take views of the frozen message."""
 
-    def write(self, cloth: PublishedCloth, positions: Array) -> None:
-        """Write the present state; positions have the shape (rows, columns, 3)."""
+    def write(self, state: MarkerState) -> None:
+        """Write the present state."""
 
 
 def new_marker(
@@ -51,15 +73,6 @@ def new_marker(
     )
     marker.pose.orientation.w = 1.0
     return marker
-
-
-def sentinel(number: int, count: int) -> list[float]:
-    """
-    Return numbers that occur nowhere else in the message, different for each `number`.
-
-    Nor can a frame be named so: three of them in a row are not valid UTF-8.
-    """
-    return [1.0e17 + 1024.0 * (100 * number + i) for i in range(count)]
 
 
 def _points(numbers: list[float]) -> list[Point]:
@@ -104,9 +117,9 @@ class PointsMarker:
         """Take a view of the points."""
         self._view = message.view(self._offset, np.float64, (self._count, self._length, 3))
 
-    def write(self, cloth: PublishedCloth, positions: Array) -> None:
+    def write(self, state: MarkerState) -> None:
         """Write the points."""
-        self._write(self._view, cloth, positions)
+        self._write(self._view, state)
 
 
 class PoseMarker:
@@ -116,7 +129,7 @@ class PoseMarker:
     Parameters
     ----------
     marker
-        Of any type that has no points.
+        Of any type; one with points is a `PosedPointsMarker`.
     write
         Writes the pose and the scale.
 
@@ -139,6 +152,42 @@ class PoseMarker:
         """Take a view of position, orientation and scale."""
         self._view = message.view(self._offset, np.float64, (10,))
 
-    def write(self, cloth: PublishedCloth, positions: Array) -> None:
+    def write(self, state: MarkerState) -> None:
         """Write the pose and the scale."""
-        self._write(self._view, cloth)
+        self._write(self._view, state)
+
+
+class PosedPointsMarker:
+    """
+    A marker with a list of points in the frame of its pose.
+
+    Parameters
+    ----------
+    pose, points
+        Of the same marker.
+
+    """
+
+    def __init__(self, pose: PoseMarker, points: PointsMarker) -> None:
+        self.marker = pose.marker
+        self._pose, self._points = pose, points
+
+    def place(self, number: int) -> None:
+        """Put placeholders into the position and into the points."""
+        self._pose.place(number)
+        self._points.place(-1 - number)  # no other marker has a negative number
+
+    def locate(self, message: SerializedMessage) -> None:
+        """Find the position, and the points behind it."""
+        self._pose.locate(message)
+        self._points.locate(message)
+
+    def bind(self, message: SerializedMessage) -> None:
+        """Take views of both."""
+        self._pose.bind(message)
+        self._points.bind(message)
+
+    def write(self, state: MarkerState) -> None:
+        """Write both."""
+        self._pose.write(state)
+        self._points.write(state)

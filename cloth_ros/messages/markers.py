@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -12,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from .cdr import SerializedMessage
 from .cloth_markers import pins_marker, sheet_marker, springs_marker, wind_marker
 from .collider_markers import collider_markers
-from .marker import MarkerWriter
+from .marker import MarkerState, MarkerWriter
 from .published_cloth import PublishedCloth
 
 # In the order of the message.
@@ -25,10 +26,17 @@ MARKERS: tuple[Callable[[PublishedCloth], Iterable[MarkerWriter]], ...] = (
 )
 
 
-def deletion(namespaces: Iterable[str], frame_id: str) -> MarkerArray:
+# Namespace and number by which viewers know a marker.
+Identity = tuple[str, int]
+
+
+def deletion(identities: Iterable[Identity], frame_id: str) -> MarkerArray:
     """Return a message that deletes markers which viewers still show."""
     header = Header(frame_id=frame_id)
-    markers = [Marker(header=header, ns=name, action=Marker.DELETE) for name in namespaces]
+    markers = [
+        Marker(header=header, ns=name, id=number, action=Marker.DELETE)
+        for name, number in identities
+    ]
     return MarkerArray(markers=markers)
 
 
@@ -44,12 +52,18 @@ class MarkersMessage:
     A MarkerArray with the namespaces `sheet`, `pins`, `springs`, `wind` and one per collider.
 
     A marker without content is not in the message: no triangles of a single row of particles (its
-    springs are shown instead), no pins, no collider, no air.
+    springs are shown instead), no pins, no collider, no air.  The markers of one namespace, as
+    the parts of a capsule are, have numbers from 0.
 
     Parameters
     ----------
     cloth
         Its scene and its colliders decide which markers there are.
+
+    Attributes
+    ----------
+    identities
+        Of its markers.
 
     """
 
@@ -57,10 +71,13 @@ class MarkersMessage:
         sheet = cloth.scene.sheet
         self._positions = np.empty((sheet.rows, sheet.columns, 3))
         self._writers = [writer for make in MARKERS for writer in make(cloth)]
+        markers = [writer.marker for writer in self._writers]
+        counts: Counter[str] = Counter()
         for number, writer in enumerate(self._writers):
             writer.place(number)
-        markers = [writer.marker for writer in self._writers]
-        self.namespaces = frozenset(marker.ns for marker in markers)
+            writer.marker.id = counts[writer.marker.ns]
+            counts[writer.marker.ns] += 1
+        self.identities = frozenset((marker.ns, marker.id) for marker in markers)
         self._message = SerializedMessage(MarkerArray(markers=markers))
         for writer in self._writers:
             writer.locate(self._message)
@@ -72,6 +89,7 @@ class MarkersMessage:
         """Return the serialised message of the present state of `cloth`, stamped."""
         self._message.stamp(seconds, nanoseconds)
         cloth.write_positions(self._positions)
+        state = MarkerState(cloth, self._positions, cloth.colliders)
         for writer in self._writers:
-            writer.write(cloth, self._positions)
+            writer.write(state)
         return self._message.tobytes()

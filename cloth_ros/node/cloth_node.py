@@ -10,6 +10,7 @@ from ..interrupt import StopSignal
 from ..live.live_cloth import LiveCloth
 from ..scene import Scene
 from .clock_jump_watchdog import watch_for_clock_jumps
+from .collider_frames import ColliderFrames
 from .context import Context
 from .diagnostics import PERIOD, Diagnostics
 from .duplicate_names import DuplicateNames
@@ -52,11 +53,16 @@ class ClothNode(ValidatedClockNode):
         self._rejected = RejectedInputs(self._log)
         scene, queues = declare_scene(self)
         self._log.info('preparing the kernels')
-        self._live = LiveCloth(scene, self._log)
         self._transforms = Transforms(self, scene.frame_id)
-        context = Context(self, self._live, self._transforms, self._rejected)
+        self._frames = ColliderFrames(self._transforms, self._log)
+        self._scene = scene
+        now = self.get_clock().now().nanoseconds
+        self._live = LiveCloth(self._frames.simulated(scene, None, now), self._log)
+        context = Context(self, self._live, self._transforms, self._rejected, self._frames)
         self._outputs = [make(context) for make in OUTPUTS]
-        self._inputs = [topic for subscribe in INPUTS for topic in subscribe(context)]
+        self._inputs = [make(context) for make in INPUTS]
+        for each in self._inputs:
+            each.follow(scene)
         for create in SERVICES:
             create(context)
         self._rejected.register(CLOCK_TOPIC)
@@ -99,16 +105,26 @@ class ClothNode(ValidatedClockNode):
             f'{scene.sheet.rows} × {scene.sheet.columns} particles at {scene.rate:g} Hz: '
             f'{self._live.solver_summary}'
         )
-        outputs = [*(output.topic for output in self._outputs), self._diagnostics.topic]
+        inputs = [topic for each in self._inputs for topic in each.topics]
+        outputs = [topic for each in self._outputs for topic in each.topics]
+        outputs.append(self._diagnostics.topic)
         self._log.info(
             f'publishing {", ".join(outputs[:-1])} and {outputs[-1]}; listening to '
-            f'{" and ".join(self._inputs)}'
+            f'{", ".join(inputs[:-1])} and {inputs[-1]}'
         )
 
     def _apply(self, scene: Scene) -> None:
         """Go on with the parameters that were set."""
-        if scene is not self._live.requested:
-            self._live.configure(scene)
+        if scene is not self._scene:
+            former, self._scene = self._scene, scene
+            now = self.get_clock().now().nanoseconds
+            simulated = self._frames.simulated(scene, self._live, now)
+            prepared = scene.collider.unnamed != former.collider.unnamed
+            # Parameters of a collider that is not named change nothing that is simulated.
+            if not prepared or simulated != self._live.requested:
+                self._live.configure(simulated)
+            for each in self._inputs:
+                each.follow(scene)
         self._follow_clock()
 
     def _follow_clock(self) -> None:
@@ -121,6 +137,7 @@ class ClothNode(ValidatedClockNode):
         self._ticks.begin(tick)
         if tick.jump is not None and tick.jump < 0:
             self._transforms.discard()
+        self._frames.move(self._live, stamp)
         period = self._tick_clock.period
         complete = self._live.tick(
             tick.elapsed,

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from rclpy.node import Node
 
 from ..live.live_cloth import LiveCloth
+from .collider_frames import ColliderFrames
 from .rejected_inputs import RejectedInputs
 from .transforms import Transforms
 
@@ -27,6 +28,8 @@ class Context:
         Brings vectors and points of other frames into the frame of the node.
     rejected
         Counts and reports messages that are rejected.
+    frames
+        Moves colliders that follow a frame.
     unsent
         Number of messages that could not be sent, by topic.
 
@@ -36,4 +39,5 @@ class Context:
     live: LiveCloth
     transforms: Transforms
     rejected: RejectedInputs
+    frames: ColliderFrames
     unsent: Counter[str] = field(default_factory=Counter)

@@ -43,7 +43,9 @@ class Diagnostics:
         """Evaluate what has happened since the last call, and publish it if anyone subscribes."""
         context, live = self._context, self._context.live
         report = live.take_report()
-        status = evaluate(report, self._ticks, self._clock, paused=live.paused)
+        status = evaluate(
+            report, self._ticks, self._clock, paused=live.paused, frames=context.frames.problem
+        )
         times = self._ticks.take_report(self._clock.period)
         node = context.node
         if status.logged:
@@ -55,6 +57,7 @@ class Diagnostics:
             'waited for a processor [s]': report.waiting,
             **live.values(),
             **times,
+            **context.frames.values(),
             **context.rejected.report(),
             'messages not sent': context.unsent.total(),
         }

@@ -32,11 +32,16 @@ class TolerantPublisher:
     """
 
     def __init__(self, context: Context, kind: type, topic: str) -> None:
+        self._node = context.node
         self._publisher = context.node.create_publisher(kind, topic, **overridable_qos())
         self.topic = self._publisher.topic_name
-        self._name = topic.rpartition('/')[2]
+        self._name = topic.removeprefix('~').removeprefix('/')
         self._unsent = context.unsent
         self._log = context.node.get_logger().get_child(self._name)
+
+    def destroy(self) -> None:
+        """Remove the topic; nothing can be published afterwards."""
+        self._node.destroy_publisher(self._publisher)
 
     @property
     def subscribers(self) -> int:

@@ -40,6 +40,11 @@ class RejectedInputs:
         """Report a topic from the start, even if no message on it is rejected."""
         self._counts[_messages_on(topic)] += 0
 
+    def unregister(self, topic: str) -> None:
+        """Report a topic no longer that the node does not listen to, unless it was rejected."""
+        if not self._counts[_messages_on(topic)]:
+            del self._counts[_messages_on(topic)]
+
     def add(self, topic: str, reason: object) -> None:
         """Count a rejected message, and warn."""
         self._counts[_messages_on(topic)] += 1

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from ..live.live_cloth import Report
+from ..live.report import Report
 from .tick_clock import TickClock
 from .tick_statistics import TickStatistics
 
@@ -36,7 +36,9 @@ class Status(NamedTuple):
     logged: bool = False
 
 
-def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused: bool) -> Status:
+def evaluate(
+    report: Report, ticks: TickStatistics, clock: TickClock, *, paused: bool, frames: str = ''
+) -> Status:
     """
     Return the state of the node.
 
@@ -48,6 +50,8 @@ def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused:
         The ticks since then, and the clock that they follow.
     paused
         True if the cloth is paused.
+    frames
+        Why a collider does not follow its frame; empty if all do.
 
     """
     ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN
@@ -77,4 +81,6 @@ def evaluate(report: Report, ticks: TickStatistics, clock: TickClock, *, paused:
         return Status(message, warn, factor, logged=True)
     if report.reduction:
         return Status(f'overload: {report.reduction}', warn, factor)
+    if frames:
+        return Status(frames, warn, factor)
     return Status('running in real time', ok, factor)

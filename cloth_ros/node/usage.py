@@ -20,6 +20,7 @@ topics and services:
   ~/particles   out  sensor_msgs/PointCloud2            position and velocity of each particle
   ~/markers     out  visualization_msgs/MarkerArray     what RViz shows
   /diagnostics  out  diagnostic_msgs/DiagnosticArray    real-time factor, load, rejected inputs …
+  NAME/wrench   out  geometry_msgs/WrenchStamped        force and torque on collider NAME, N, N m
   ~/reset            std_srvs/Trigger                   return to the initial state
   ~/pause            std_srvs/SetBool                   stop or continue
 

@@ -150,7 +150,7 @@ class ColliderParameters(ParameterGroup):
                 allowed = [max(each, usual) if each < _LEAST else each for each in lengths]
                 raise invalid_value_error(
                     name,
-                    value,
+                    list(value) if isinstance(value, tuple) else value,
                     f'{_LEAST:g} to {_GREATEST:g} m, for a {self.type}',
                     f'write {write(allowed if isinstance(value, tuple) else allowed[0])}',
                 )

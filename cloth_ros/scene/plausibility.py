@@ -13,7 +13,8 @@ import numpy as np
 
 from .collider import SHAPE_PARAMETERS
 from .conversion import format_value
-from .scene import Scene, Vector
+from .quaternion import rotated
+from .scene import Scene
 
 # Areal densities, kg/m²: beyond coated fabric and rubber sheets, and below the thinnest foil.
 _DENSEST, _THINNEST = 10.0, 1e-3
@@ -121,21 +122,11 @@ def _numbers(value: object) -> str:
 def _distance(scene: Scene) -> float:
     """Return the distance of the centre of the sphere from the flat sheet, m."""
     sheet = scene.sheet
-    offset = np.array(scene.sphere.position) - sheet.position
-    x, y, z = _rotated_back(offset, sheet.orientation)
+    offset = (np.array(scene.sphere.position) - sheet.position).tolist()
+    i, j, k, w = sheet.orientation
+    x, y, z = rotated((-i, -j, -k, w), offset)
     half_x, half_y = (
         0.5 * size * (count > 1)
         for size, count in zip(sheet.size, (sheet.columns, sheet.rows), strict=True)
     )
     return math.hypot(max(abs(x) - half_x, 0.0), max(abs(y) - half_y, 0.0), z)
-
-
-def _rotated_back(
-    vector: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    quaternion: tuple[float, float, float, float],
-) -> Vector:
-    """Return a vector, rotated by the inverse of a unit quaternion x y z w."""
-    axis, w = -np.array(quaternion[:3]), quaternion[3]
-    twice = 2.0 * np.cross(axis, vector)
-    x, y, z = (vector + w * twice + np.cross(axis, twice)).tolist()
-    return (x, y, z)

@@ -236,6 +236,12 @@ class Markers(ParameterGroup):
         30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000
     )
     springs: bool = parameter(False, 'show the springs as lines')
+    meshes: str = parameter(
+        'triangles',
+        'how colliders of type mesh are shown: as triangles, for every viewer; or as the URL of '
+        'the file, which viewers on this machine read themselves',
+        choices=('triangles', 'file'),
+    )
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 from cloth_ros import Cloth, Scene
 from cloth_ros.messages import cdr
 from cloth_ros.messages.cloth_markers import ACTION_PLACEHOLDER
-from cloth_ros.messages.marker import sentinel
 from cloth_ros.messages.markers import MARKERS, MarkersMessage, deletion
 from cloth_ros.messages.particles import _PLACEHOLDER, ParticlesMessage
 from cloth_ros.model.forces.springs import spring_ends, spring_families
@@ -26,7 +25,7 @@ WIND = (1.0, 2.0, -3.0)
 PLACEHOLDERS = (
     _PLACEHOLDER,
     np.array([cdr.STAMP.sec, cdr.STAMP.nanosec], np.uint32).tobytes(),
-    np.array(sentinel(0, 18)).tobytes(),
+    np.array(cdr.sentinel(0, 18)).tobytes(),
     ACTION_PLACEHOLDER,
 )
 frames = st.one_of(
@@ -175,19 +174,18 @@ def test_a_large_sheet_in_motion(precision):
 
 def test_markers_that_are_no_longer_published_can_be_deleted():
     cloth = Cloth(scene_of(sphere__radius=0.1, sphere__position=(0, 0, 9), markers__springs=True))
-    namespaces = MarkersMessage(cloth).namespaces
-    assert len(namespaces) == len(MARKERS)
-    message = deletion(namespaces, 'world')
-    assert {(each.ns, each.action) for each in message.markers} == {
-        (name, Marker.DELETE) for name in namespaces
-    }
+    identities = MarkersMessage(cloth).identities
+    assert len(identities) == len(MARKERS)
+    message = deletion(identities, 'world')
+    assert {(each.ns, each.id) for each in message.markers} == identities
+    assert {each.action for each in message.markers} == {Marker.DELETE}
     assert {each.header.frame_id for each in message.markers} == {'world'}
 
 
 def test_a_placeholder_that_is_missing_or_occurs_twice_is_an_error():
-    message = cdr.SerializedMessage(deletion(['twice', 'twice'], 'world'))
+    message = cdr.SerializedMessage(deletion([('twice', 0), ('twice', 1)], 'world'))
     for placeholder in (b'twice', b'never'):
         with pytest.raises(AssertionError, match=r'placeholder found . times'):
             message.find(placeholder)
     with pytest.raises(AssertionError, match='length of the sequence'):
-        cdr.SerializedMessage(deletion(['sixteen_of_bytes'], '')).repeat(b'sixteen_', 3, 2)
+        cdr.SerializedMessage(deletion([('sixteen_of_bytes', 0)], '')).repeat(b'sixteen_', 3, 2)

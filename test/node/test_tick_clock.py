@@ -12,7 +12,7 @@ from rclpy.time import Time
 from ros import Probe, free_domain, probing
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from cloth_ros.live.live_cloth import Report
+from cloth_ros.live.report import Report
 from cloth_ros.model.energy_monitor import RollbackCounts
 from cloth_ros.node.status import evaluate
 from cloth_ros.node.tick_clock import Tick, TickClock

@@ -26,7 +26,7 @@ DEFAULTS = [
     ('collider.', {'names': ()}),
     ('solver.', {'method': 'auto', 'substeps': 0, 'tolerance': 0.001, 'precision': 'single'}),
     ('solver.', {'threads': 1, 'max_tick': 0.1, 'overload': 'slow_motion'}),
-    ('markers.', {'rate': 30.0, 'springs': False}),
+    ('markers.', {'rate': 30.0, 'springs': False, 'meshes': 'triangles'}),
 ]
 
 

@@ -567,3 +567,45 @@ class Contact:
             if known is None or not each.restore(known, exact=exact):
                 each.placed = True
                 self._fit(each, state)
+
+    def warm_up(self, kicks: Kicks, state: State) -> None:
+        """Compile the kernels of contact, for a state that none of them changes."""
+        grid, none = self._grid, np.zeros(0, np.int32)
+        near = list(self.colliders.values())
+        self._fastest = max_speed(state)
+        layout = (grid.begin, grid.end, grid.stride)
+        table = self._tables(tuple(each.kind for each in near), 1)
+        self._search(
+            state.position, state.velocity, grid.begin, grid.end, 0.0, table,
+            np.zeros(len(near)), np.zeros(len(near)),
+        )  # fmt: skip
+        table.active[...] = 0
+        measure_triangles(
+            state.position, state.velocity, *layout, 0.0, _LEAST * self._rho0,
+            _MOST * self._rho0, self._cells, self._rho,
+        )  # fmt: skip
+        kicks.resolve_contact(state, 0.0, table)
+        has_grown(state.position, *layout, table.rho, table.active, self._cells)
+        kicks.resolve_contact(state, 0.0, self._idle)
+        each = near[0]
+        row = each.rows(state.origin, np.zeros(2), triangles=True)[0]
+        fields, sums = self._fields_of(each), np.zeros(SUMS)
+        triangles = np.zeros((0, 3), np.int64)
+        large_triangles_cut(
+            state.position, *layout, table.rho, table.active[0], self._cells, each.triangle_kind,
+            row, fields, 1.0,
+        )  # fmt: skip
+        depth_of_particles(
+            state.position, grid.begin, grid.begin, each.kind, row, fields, self._rho0
+        )
+        broad_phase = BroadPhase(grid)
+        broad_phase.find(state, 0.0, row[9:12], row[9:12], 1e9, 0.0)
+        resolve_triangles(
+            state.position, state.velocity, state.mobility, none, triangles, 0.0, self._gravity,
+            each.triangle_kind, row, row, fields, 1.0, 1.0, 1e-5, sums,
+        )  # fmt: skip
+        deepest_triangle(
+            state.position, state.velocity, state.mobility, none, triangles, each.triangle_kind,
+            row, fields, 1.0, 1e-5,
+        )  # fmt: skip
+        self.invalidate()

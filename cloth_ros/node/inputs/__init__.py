@@ -1,19 +1,30 @@
 """
 Topics that command the cloth.
 
-A new input is a module here, with a function that subscribes and returns the names of its topics,
-and one entry below.
+A new input is a module here, whose class is made from the `Context` of the node, and one entry
+below.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from typing import Protocol
 
+from ...scene import Scene
 from ..context import Context
-from .collider_poses import subscribe_to_collider_poses
-from .wind import subscribe_to_wind
+from .collider_poses import ColliderPoses
+from .wind import WindInput
 
-INPUTS: tuple[Callable[[Context], Iterable[str]], ...] = (
-    subscribe_to_wind,
-    subscribe_to_collider_poses,
-)
+
+class Input(Protocol):
+    """One or more topics with commands."""
+
+    @property
+    def topics(self) -> list[str]:
+        """Full names of the topics."""
+
+    def follow(self, scene: Scene) -> None:
+        """Subscribe to what a scene requires; called at the start, and when it has changed."""
+
+
+INPUTS: tuple[Callable[[Context], Input], ...] = (WindInput, ColliderPoses)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
+from functools import partial
 
 from geometry_msgs.msg import PoseStamped
+from rclpy.subscription import Subscription
 
+from ...scene import Scene
 from ..context import Context
 from .subscription import subscribe
 
@@ -13,20 +16,56 @@ from .subscription import subscribe
 _TOPICS = {'sphere': 'sphere_pose'}
 
 
-def subscribe_to_collider_poses(context: Context) -> Iterable[str]:
-    """Move every collider of the cloth by a topic of its own."""
-    names = dict.fromkeys((*_TOPICS, *context.live.colliders))
-    return [
-        subscribe(context, PoseStamped, _TOPICS.get(name, f'{name}/pose'), _handler(context, name))
-        for name in names
-    ]
+class ColliderPoses:
+    """Move every collider of the cloth by a topic of its own, which comes and goes with it."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._scene: Scene | None = None
+        self._subscriptions: dict[str, Subscription] = {}
+        for name in _TOPICS:
+            self._subscribe(name)
+
+    @property
+    def topics(self) -> list[str]:
+        """Full names of the topics."""
+        return [each.topic_name for each in self._subscriptions.values()]
+
+    def follow(self, scene: Scene) -> None:
+        """Subscribe to the poses of the colliders of a scene, and to no others."""
+        former, self._scene = self._scene, scene
+        names = (*_TOPICS, *scene.collider.names)
+        log = self._context.node.get_logger()
+        for name in self._subscriptions.keys() - set(names):
+            gone = self._subscriptions.pop(name)
+            log.info(f'no longer listening to {gone.topic_name}')
+            self._context.node.destroy_subscription(gone)
+            self._context.rejected.unregister(_topic(name))
+        for name in names:
+            if name not in self._subscriptions:
+                self._subscribe(name)
+                if former is not None:
+                    log.info(f'listening to {self._subscriptions[name].topic_name}')
+
+    def _subscribe(self, name: str) -> None:
+        handle: Callable[[PoseStamped], None] = partial(self._handle, name)
+        self._subscriptions[name] = subscribe(self._context, PoseStamped, _topic(name), handle)
+
+    def _handle(self, name: str, message: PoseStamped) -> None:
+        frame = self._context.frames.followed_by(name)
+        if frame:
+            raise ValueError(
+                f'{name!r} follows the frame {frame!r}; set collider.{name}.frame_id to "" to '
+                'move it by this topic'
+            )
+        point, turn = message.pose.position, message.pose.orientation
+        position, orientation = self._context.transforms.pose_to_own(
+            (point.x, point.y, point.z),
+            (turn.x, turn.y, turn.z, turn.w),
+            message.header.frame_id,
+        )
+        self._context.live.move_collider(name, position, orientation)
 
 
-def _handler(context: Context, name: str) -> Callable[[PoseStamped], None]:
-    def handle(message: PoseStamped) -> None:
-        position = message.pose.position
-        point = (position.x, position.y, position.z)
-        frame = message.header.frame_id
-        context.live.move_collider(name, context.transforms.to_own(point, frame, is_point=True))
-
-    return handle
+def _topic(name: str) -> str:
+    return _TOPICS.get(name, f'{name}/pose')

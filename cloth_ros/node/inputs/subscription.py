@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
+from rclpy.subscription import Subscription
+
 from ..context import Context
 from ..qos import overridable_qos
 
 M = TypeVar('M')
 
 
-def subscribe(context: Context, kind: type[M], topic: str, handle: Callable[[M], None]) -> str:
+def subscribe(
+    context: Context, kind: type[M], topic: str, handle: Callable[[M], None]
+) -> Subscription:
     """
-    Subscribe to a topic, and return its full name.
+    Subscribe to a topic.
 
     Parameters
     ----------
@@ -35,6 +39,4 @@ def subscribe(context: Context, kind: type[M], topic: str, handle: Callable[[M],
         except ValueError as error:
             context.rejected.add(topic, error)
 
-    context.node.create_subscription(kind, topic, receive, **overridable_qos())
-    name: str = context.node.resolve_topic_name(topic)
-    return name
+    return context.node.create_subscription(kind, topic, receive, **overridable_qos())

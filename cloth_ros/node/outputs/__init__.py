@@ -1,26 +1,27 @@
 """
 Topics that are published at each tick.
 
-A new topic is a module here, whose class is made from the `Context` of the node, and one entry
+A new one is a module here, whose class is made from the `Context` of the node, and one entry
 below.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from ..context import Context
 from .markers import MarkersOutput
 from .particles import ParticlesOutput
+from .wrenches import WrenchesOutput
 
 
 class Output(Protocol):
-    """A topic that is published at each tick, or at some of them."""
+    """One or more topics that are published at each tick, or at some of them."""
 
     @property
-    def topic(self) -> str:
-        """Full name of the topic."""
+    def topics(self) -> Sequence[str]:
+        """Full names of the topics."""
 
     def publish(self, now: float, stamp: int) -> None:
         """
@@ -36,4 +37,8 @@ class Output(Protocol):
         """
 
 
-OUTPUTS: tuple[Callable[[Context], Output], ...] = (ParticlesOutput, MarkersOutput)
+OUTPUTS: tuple[Callable[[Context], Output], ...] = (
+    ParticlesOutput,
+    MarkersOutput,
+    WrenchesOutput,
+)

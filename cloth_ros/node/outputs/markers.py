@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from visualization_msgs.msg import MarkerArray
 
-from ...messages.markers import MarkersMessage, deletion, deletion_of_all
+from ...messages.markers import Identity, MarkersMessage, deletion, deletion_of_all
 from ...scene import Scene
 from ..context import Context
 from ..publisher import TolerantPublisher
@@ -24,10 +24,10 @@ class MarkersOutput:
         self._publisher = TolerantPublisher(context, MarkerArray, '~/markers')
         self._message: MarkersMessage | None = None
         self._scene: Scene | None = None
-        self._published: frozenset[str] = frozenset()
+        self._published: frozenset[Identity] = frozenset()
         self._last = self._next = 0.0
         self._subscribers = 0
-        self.topic = self._publisher.topic
+        self.topics = (self._publisher.topic,)
 
     def publish(self, now: float, stamp: int) -> None:
         """Publish the present state, stamped in ns, if it is time and there is a subscriber."""
@@ -45,10 +45,10 @@ class MarkersOutput:
         scene = self._live.scene
         if self._message is None or scene is not self._scene:
             self._message, self._scene = MarkersMessage(self._live), scene
-            removed = self._published - self._message.namespaces
+            removed = self._published - self._message.identities
             if removed:
                 self._publisher.publish(deletion(removed, scene.frame_id))
-            self._published = self._message.namespaces
+            self._published = self._message.identities
         return self._message
 
     def _due(self, now: float) -> bool:

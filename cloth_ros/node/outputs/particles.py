@@ -20,7 +20,7 @@ class ParticlesOutput:
         self._live = context.live
         self._publisher = TolerantPublisher(context, PointCloud2, '~/particles')
         self._message = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
-        self.topic = self._publisher.topic
+        self.topics = (self._publisher.topic,)
         self._log = context.node.get_logger()
         self._warned = False
         self._check_spacing(scene.sheet.position)

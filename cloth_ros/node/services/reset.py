@@ -11,6 +11,7 @@ def create_reset_service(context: Context) -> None:
     """Offer `~/reset`."""
 
     def reset(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        context.frames.prepare_reset(context.live, context.node.get_clock().now().nanoseconds)
         context.live.reset()
         response.success = True
         response.message = 'the cloth is back in its initial state'

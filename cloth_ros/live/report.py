@@ -1,0 +1,51 @@
+"""What a live cloth reports about itself: how it has run, and values of contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..model.contact.collider import Collider
+from ..model.energy_monitor import RollbackCounts
+
+
+@dataclass(frozen=True)
+class Report:
+    """
+    How a cloth has run since the last report.
+
+    Attributes
+    ----------
+    real_time_factor
+        Simulated time by time passed.
+    lost
+        Time given up, s; 0 if it is too little to notice.
+    cause
+        Why it was given up; empty if none was.
+    waiting
+        Time for which the process did not get the processor while it simulated, s.
+    rollbacks
+        Batches of substeps that were rolled back.
+    held
+        Why the cloth is held; empty if it is not.
+    reduction
+        What is given up because of overload, in words; empty if nothing is.
+
+    """
+
+    real_time_factor: float
+    lost: float
+    cause: str
+    waiting: float
+    rollbacks: RollbackCounts
+    held: str
+    reduction: str
+
+
+def contact_values(colliders: Mapping[str, Collider]) -> dict[str, object]:
+    """Return depth and number of touching particles of each collider, by name and unit."""
+    values: dict[str, object] = {}
+    for name, collider in colliders.items():
+        values[f'{name} penetration [m]'] = collider.max_penetration
+        values[f'{name} touching particles'] = collider.touching
+    return values

@@ -1,0 +1,219 @@
+"""
+Colliders that follow a frame of tf2, at the time of each tick.
+
+The parameters of such a collider give its pose in that frame.  It is simulated from the first
+transform on, in the pose of that time: the cloth is not struck by a collider that is only placed.
+Where a transform is missing later, or too old, the collider stays where it is.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Transform
+
+from ..live.live_cloth import LiveCloth
+from ..scene import ColliderParameters, Scene
+from ..scene.parameter import one_line
+from .rejected_inputs import THROTTLE
+from .transforms import Pose, Transforms, transformed_pose
+
+_COMMAND_LENGTH = 200  # characters of a reason in the diagnostics
+
+
+class _Followed:
+    """
+    One collider that follows a frame.
+
+    Attributes
+    ----------
+    parameters
+        Of the collider, with its pose in the frame.
+    start
+        Pose in the scene that is simulated, where the collider is after a reset; None before the
+        first transform.
+    commanded
+        Pose of the last command; None: none since the start or a reset.
+    problem
+        Why it stays where it is; empty if it does not.
+
+    """
+
+    def __init__(self, parameters: ColliderParameters, start: Pose | None) -> None:
+        self.parameters = parameters
+        self.start = start
+        self.commanded: Pose | None = None
+        self.problem = ''
+
+
+class ColliderFrames:
+    """
+    Move colliders with frames of tf2.
+
+    Parameters
+    ----------
+    transforms
+        Of the node.
+    log
+        Logger of the node.
+
+    """
+
+    def __init__(self, transforms: Transforms, log: Any) -> None:
+        self._transforms, self._log = transforms, log
+        self._scene: Scene | None = None
+        self._followed: dict[str, _Followed] = {}
+
+    def followed_by(self, name: str) -> str:
+        """Return the frame that a collider follows; empty: none."""
+        followed = self._followed.get(name)
+        return followed.parameters.frame_id if followed else ''
+
+    def simulated(self, scene: Scene, live: LiveCloth | None, time: int) -> Scene:
+        """
+        Return a scene as it is simulated: with poses in its own frame.
+
+        Colliders whose frame is not known yet, and parameters of colliders that are not named,
+        are left out.
+
+        Parameters
+        ----------
+        scene
+            The parameters of the node.
+        live
+            The running cloth; None before the start.
+        time
+            Now, ns.
+
+        """
+        self._scene = scene
+        former, self._followed = self._followed, {}
+        for each in scene.colliders:
+            if self._transforms.is_own(each.frame_id):
+                continue
+            known = former.get(each.name)
+            if known is not None and _same_place(known.parameters, each):
+                known.parameters = each
+            else:
+                known = _Followed(each, _present(live, each.name))
+            self._followed[each.name] = known
+        self._look_up(time)
+        return self._placed(scene)
+
+    def _placed(self, scene: Scene) -> Scene:
+        """Return a scene with the colliders whose pose is known, and with those poses."""
+        names = [
+            name
+            for name in scene.collider.names
+            if name not in self._followed or self._followed[name].start is not None
+        ]
+        if not self._followed and not scene.collider.unnamed:
+            return scene
+        changes: dict[str, Any] = {'collider.names': names}
+        for name, each in self._followed.items():
+            if each.start is not None:
+                position, orientation = each.start
+                changes[f'collider.{name}.position'] = position
+                changes[f'collider.{name}.orientation'] = orientation
+        return scene.with_parameters(changes)
+
+    def move(self, live: LiveCloth, time: int) -> None:
+        """
+        Command the poses at the time of a tick, ns; to be called before the tick.
+
+        A collider whose frame has become known is added to the cloth.
+        """
+        if not self._followed or self._scene is None or live.paused:
+            return
+        waiting = [each for each in self._followed.values() if each.start is None]
+        poses = self._look_up(time)
+        if any(each.start is not None for each in waiting):
+            live.configure(self._placed(self._scene))
+        for name, pose in poses.items():
+            each = self._followed[name]
+            if pose == each.commanded or name not in live.colliders:
+                continue
+            try:
+                live.move_collider(name, *pose)
+            except ValueError as error:
+                self._report(name, each, str(error))
+            else:
+                each.commanded = pose
+
+    def prepare_reset(self, live: LiveCloth, time: int) -> None:
+        """Let a reset, which follows, place the colliders where their frames are now."""
+        if not self._followed or self._scene is None:
+            return
+        for name, pose in self._look_up(time).items():
+            self._followed[name].start = pose
+        for each in self._followed.values():
+            each.commanded = None
+        live.configure(self._placed(self._scene))
+
+    @property
+    def problem(self) -> str:
+        """Which collider stays where it is, and why; empty if all follow their frames."""
+        problems = [_text(name, each) for name, each in self._followed.items() if each.problem]
+        return (
+            f'{len(problems)} colliders: {problems[0]}' if len(problems) > 1 else ''.join(problems)
+        )
+
+    def values(self) -> dict[str, object]:
+        """Return what each collider follows, for the diagnostics."""
+        return {
+            f'collider {name} follows': each.problem[:_COMMAND_LENGTH] or each.parameters.frame_id
+            for name, each in self._followed.items()
+        }
+
+    def _look_up(self, time: int) -> dict[str, Pose]:
+        """Return the poses at a time, ns, of the colliders whose frame is known then."""
+        poses: dict[str, Pose] = {}
+        frames: dict[str, Transform | str] = {}
+        for name, each in self._followed.items():
+            frame = each.parameters.frame_id
+            if frame not in frames:
+                try:
+                    frames[frame] = self._transforms.frame_at(frame, time)
+                except ValueError as error:
+                    frames[frame] = str(error)
+            found = frames[frame]
+            if isinstance(found, str):
+                self._report(name, each, found)
+                continue
+            collider = each.parameters
+            poses[name] = transformed_pose(collider.position, collider.orientation, found)
+            if each.start is None:
+                each.start = poses[name]
+            self._report(name, each, '')
+        return poses
+
+    def _report(self, name: str, each: _Followed, problem: str) -> None:
+        """Log when a collider ceases to follow its frame, and when it follows it again."""
+        former, each.problem = each.problem, one_line(problem)
+        if bool(former) == bool(problem):
+            return
+        log = self._log.get_child(name)  # rclpy throttles by logger and line
+        if problem:
+            log.warning(_text(name, each), **THROTTLE)
+        else:
+            log.info(f'the collider {name!r} follows {each.parameters.frame_id!r}', **THROTTLE)
+
+
+def _text(name: str, each: _Followed) -> str:
+    state = 'is not there yet' if each.start is None else 'stays where it is'
+    return f'the collider {name!r} {state}: {each.problem}'
+
+
+def _same_place(first: ColliderParameters, second: ColliderParameters) -> bool:
+    """Return True if two colliders are at the same place of the same frame."""
+    return (first.frame_id, first.position, first.orientation) == (
+        second.frame_id,
+        second.position,
+        second.orientation,
+    )
+
+
+def _present(live: LiveCloth | None, name: str) -> Pose | None:
+    """Return the present pose of a collider in the frame of the scene, if it is there."""
+    collider = live.colliders.get(name) if live is not None else None
+    return None if collider is None else (collider.position, collider.orientation)
