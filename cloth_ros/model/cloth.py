@@ -12,7 +12,7 @@ from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
 from .contact.collider import Collider
 from .contact.kinematic_path import checked_position, extend_path
-from .contact.rigid_collider import RigidCollider
+from .contact.rigid_collider import RigidCollider, pose_of
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
@@ -181,10 +181,8 @@ class Cloth:
         simulation.substeps = self.substeps
         self._simulation = simulation
         for name, collider in self.colliders.items():
-            placed = (*collider.parameters.position, *collider.parameters.orientation)
-            before = former[name].parameters if name in former else collider.parameters
-            if placed != (*before.position, *before.orientation):
-                paths[name] = (placed,)
+            if name in former and pose_of(former[name].parameters) != pose_of(collider.parameters):
+                paths[name] = (pose_of(collider.parameters),)
             elif name in self._inputs.collider_paths:
                 paths[name] = self._inputs.collider_paths[name]
         self._inputs = Inputs(wind, paths)

@@ -262,7 +262,9 @@ class Contact:
         if collider.inset > 0.5 * shape.inner_radius:
             return True
         # True for NaN.
-        return shape.blunt_radius < _SMALL * self._rho0 or not travel < _TRAVEL * shape.inner_radius
+        return (
+            shape.blunt_radius < _SMALL * self._rho0 or not travel < _TRAVEL * shape.inner_radius
+        )
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
         self._fastest = max(self._fastest, max_speed(state))
@@ -311,7 +313,8 @@ class Contact:
             table.rows[:, n] = row
         table.sums[...] = 0
         moved = [
-            seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows) for each in near
+            seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows)
+            for each in near
         ]
         clearances = np.empty(len(near))
         self._search(
@@ -384,8 +387,7 @@ class Contact:
         for_triangles = [
             each
             for each in self._near
-            if each.name in by_triangles
-            or (careful and math.isfinite(each.shape.inner_radius))
+            if each.name in by_triangles or (careful and math.isfinite(each.shape.inner_radius))
         ]
         others = [each for each in self._near if each not in for_triangles]
         if others:
@@ -519,7 +521,9 @@ class Contact:
             depth = max(depth, deepest)
         return max(depth, 0.0)
 
-    def _overlap_possible(self, collider: RigidCollider, state: State, margin: float = 0.0) -> bool:
+    def _overlap_possible(
+        self, collider: RigidCollider, state: State, margin: float = 0.0
+    ) -> bool:
         """Return False if the sheet is beyond the bounds of a collider; compiles no kernel."""
         sheet = self._grid.interior(state.position).reshape(3, -1).astype(float)
         sheet = sheet + (state.origin - collider.pose[:3])[:, None]

@@ -46,5 +46,6 @@ def no_contacts(dtype: type) -> ContactTable:
     """Return a table without colliders, for a kernel that ignores contact."""
     none: Array = np.zeros(0, np.int64)
     real: Array = np.zeros(0, dtype)
-    rows, sums = np.zeros((0, 0, ROW), dtype), np.zeros((0, 0, SUMS))
-    return ContactTable(none, rows, np.zeros((0, 0), np.int64), real, real, real, none, sums)
+    rows: Array = np.zeros((0, 0, ROW), dtype)
+    sums, active = np.zeros((0, 0, SUMS)), np.zeros((0, 0), np.int64)
+    return ContactTable(none, rows, active, real, real, real, none, sums)

@@ -183,7 +183,7 @@ def deepest(points, triangles, shape, outer, tolerance):  # type: ignore[no-unty
 
 @exact_subroutine
 def _move_with_collider(  # type: ignore[no-untyped-def]
-    points, velocities, start, gaps, inverse_masses, triangles, radius, tolerance
+    points, velocities, start, gaps, inverse_masses, triangles, shape, inner, tolerance
 ):
     """Stop particles that moved too far; move those of too deep triangles with it."""
     carried = np.empty(len(inverse_masses), np.bool_)
@@ -267,9 +267,9 @@ def _leave_to_pins(points, velocities, inverse_masses, triangles, shape, h, tole
 
 
 @exact_subroutine
-def resolve_contact(
+def resolve_contact(  # type: ignore[no-untyped-def]
     points, velocities, inverse_masses, triangles, shape, outer, inner, friction, h, tolerance
-):  # type: ignore[no-untyped-def]
+):
     """
     Move points through `h` seconds past a collider.
 

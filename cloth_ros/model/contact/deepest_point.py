@@ -122,7 +122,9 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
         most = weights[highest]
         begin, end = 0.0, most
         step = most
-        d, u, v, w = distance_from(kind, row, fields, x + step * dx, y + step * dy, z + step * dz, 0.0)
+        d, u, v, w = distance_from(
+            kind, row, fields, x + step * dx, y + step * dy, z + step * dz, 0.0
+        )
         if u * dx + v * dy + w * dz > 0.0:
             for _ in range(_BISECTIONS):
                 step = 0.5 * (begin + end)

@@ -172,4 +172,3 @@ def checked_position(
         )
     x, y, z = centre.tolist()
     return (x, y, z)
-

@@ -39,6 +39,11 @@ _ALLOWANCE_SHARE, _ALLOWANCE = 1e-3, 2e-5
 _ROUNDINGS = 8
 
 
+def pose_of(parameters: ColliderParameters) -> Pose:
+    """Return where a collider is placed until it is moved."""
+    return (*parameters.position, *parameters.orientation)
+
+
 class ColliderSnapshot(NamedTuple):
     """Everything about a collider that later results depend on; see `RigidCollider`."""
 
@@ -90,7 +95,7 @@ class RigidCollider:
         self.inset = self.max_penetration = 0.0
         self.clearance = 0.0
         self.placed = True
-        self.pose: Pose = (*parameters.position, *parameters.orientation)
+        self.pose: Pose = pose_of(parameters)
         self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
         self._size = min(self.shape.bounding_radius, extent)
         self._slop = _ROUNDINGS * float(np.finfo(dtype).eps) * (self._size + extent)
@@ -288,4 +293,3 @@ class RigidCollider:
         if same:
             self.inset, self.max_penetration = snapshot.inset, snapshot.max_penetration
         return same
-

@@ -97,4 +97,3 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         now = max(rho[i], floor)
         wanted = min(half * np.sqrt(squared), ceiling)
         rho[i] = max(min(max(wanted, kept * now), now + rise), floor)
-

@@ -71,6 +71,4 @@ def box(size: Sequence[float]) -> Shape:
         return (*(point - half), *(point + half))
 
     inner, middle, _ = np.sort(half)
-    return Shape(
-        KIND, math.hypot(*half), float(inner), float(middle), constants, reference
-    )
+    return Shape(KIND, math.hypot(*half), float(inner), float(middle), constants, reference)
