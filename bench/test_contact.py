@@ -175,6 +175,8 @@ def test_contact(benchmark: Any, mesh_file: Path, size: int, threads: int, state
         rounds=max(5, min(100, int(0.5 / once))),
         warmup_rounds=1,
     )
+    # A sheet that has slipped off, or fallen through, is not in contact.
+    assert cloth.positions[..., 2].mean() > -0.5
     benchmark.extra_info.update(
         table='contact',
         state=state,
