@@ -62,22 +62,24 @@ def contact_section(entries: list[Entry]) -> list[str]:
 def drop_table(entries: list[Entry], support: str) -> str:
     """Return the table of drops on one support, sorted by size and time."""
     entries = [entry for entry in entries if entry['support'] == support]
-    own = {entry['size']: entry for entry in entries if entry['engine'] == 'cloth_ros'}
+    own = {
+        entry['size']: entry['median']
+        for entry in entries
+        if entry['engine'] == 'cloth_ros' and entry['held']
+    }
     rows = []
-    for entry in sorted(entries, key=lambda e: (e['size'], e['median'])):
-        size = entry['size']
-        row = [
-            f'{size} × {size}',
-            entry['engine'],
-            f'{1 / 60 / entry["median"]:.3g}',
-            f'{entry["median"] / own[size]["median"]:.3g}' if size in own else '',
-        ]
+    for entry in sorted(entries, key=lambda e: (e['size'], not e['held'], e['median'])):
+        size, median = entry['size'], entry['median']
         if entry['held']:
-            row += [f'{1e3 * entry[name]:.1f}' for name in ('depth', 'deepest')]
-            row += [f'{entry["stretch"]:.2f}', f'{entry["speed"]:.2f}']
+            measured = [
+                f'{1 / 60 / median:.3g}',
+                f'{median / own[size]:.3g}' if size in own else '',
+                *(f'{1e3 * entry[name]:.1f}' for name in ('depth', 'deepest')),
+                *(f'{entry[name]:.2f}' for name in ('stretch', 'speed')),
+            ]
         else:
-            row += ['fell through or flew apart', '', '', '']
-        rows.append([*row, entry['settings']])
+            measured = ['fell through or flew apart', *[''] * 5]
+        rows.append([f'{size} × {size}', entry['engine'], *measured, entry['settings']])
     head = ['sheet', 'engine', 'real-time factor', 'time / ours']
     head += ['depth [mm]', 'largest depth [mm]', 'stretch', 'speed [m/s]', 'settings']
     return table(head, rows)
