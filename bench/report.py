@@ -16,6 +16,8 @@ import matplotlib
 from cloth_ros.tradeoff.formatting import table
 from tools.marked_block import fill
 
+from .contact_report import contact_section, drop_section
+
 # Operations of a substep with all springs and gravity, per particle: for each of 12 springs, 3
 # subtractions, 5 operations for the squared length, 2 for the tension and 6 to add the force; 18
 # for kick, decay and drift.
@@ -109,7 +111,9 @@ class Report:
             *self._sizes(),
             *self._limits(),
             *self._effects(),
+            *contact_section(self._select('contact')),
             *self._engines(),
+            *drop_section(self._select('drop')),
         ]
         return '\n'.join(lines).rstrip() + '\n'
 
@@ -162,7 +166,7 @@ class Report:
             (entry['effect'], _spread(entry), f'{100 * (_per_step(entry) / base - 1):+.0f} %')
             for entry in self._select('effect')
         ]
-        lines = [
+        return [
             '## Cost of each effect',
             '',
             '128 × 128, single precision, one thread. Air and dashpots are evaluated in one of '
@@ -170,14 +174,7 @@ class Report:
             '',
             table(['scene', 'time [ns]', 'difference to all springs and gravity'], rows),
             '',
-            'In contact: a free sheet of 64 × 64 particles that lies on a sphere.',
-            '',
         ]
-        rows = [
-            (f'{entry["radius"]:g} m', entry['touching'], _spread(entry))
-            for entry in self._select('contact')
-        ]
-        return [*lines, table(['radius', 'particles near the sphere', 'time [ns]'], rows), '']
 
     def _engines(self) -> list[str]:
         lines = [

@@ -8,6 +8,8 @@ from typing import Any
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.time_step import CHECK_INTERVAL
 
+from .drop import HEIGHT
+
 SIZES = (16, 32, 64, 128, 256, 512, 1024)
 # Substeps that are timed together: those between two checks of the solver.
 SUBSTEPS = CHECK_INTERVAL
@@ -27,6 +29,11 @@ def scene(size: int, **changes: object) -> Scene:
             **dotted,
         }
     )
+
+
+def dropped(size: int, **changes: object) -> Scene:
+    """Return the same sheet, free and at rest above the table or box of `drop`."""
+    return scene(size, **{'pins': [''], 'sheet__position': [0.0, 0.0, HEIGHT], **changes})
 
 
 def time_substeps(benchmark: Any, cloth: Cloth, **information: object) -> None:

@@ -1,10 +1,9 @@
-"""Cost of a substep: by size, precision and threads, by effect, and in contact."""
+"""Cost of a substep: by size, precision and threads, and by effect."""
 
 from __future__ import annotations
 
 import os
 
-import numpy as np
 import pytest
 
 from cloth_ros import Cloth
@@ -51,22 +50,3 @@ EFFECTS = {
 def test_effect(benchmark, effect):
     """A scene with one effect more or less, 128 × 128, single precision, one thread."""
     time_substeps(benchmark, Cloth(scene(128, **EFFECTS[effect])), table='effect', effect=effect)
-
-
-@pytest.mark.parametrize('radius', [0.05, 0.2])
-def test_contact(benchmark, radius):
-    """A free sheet of 64 × 64 that lies on a sphere."""
-    cloth = Cloth(
-        scene(
-            64,
-            pins=[''],
-            drag=2.0,
-            sphere__radius=radius,
-            sphere__position=[0.0, 0.0, 1.45 - radius],
-            sphere__friction=1.0,
-        )
-    )
-    cloth.advance(0.3)
-    distance = np.linalg.norm(cloth.positions - cloth.sphere_position, axis=-1)
-    touching = int((distance < 1.02 * radius + 0.01).sum())
-    time_substeps(benchmark, cloth, table='contact', radius=radius, touching=touching)

@@ -17,7 +17,8 @@ pytestmark = pytest.mark.slow
 @pytest.fixture(scope='module')
 def measured(tmp_path_factory) -> dict:
     path = tmp_path_factory.mktemp('bench') / 'result.json'
-    some = 'test_limits or (test_size and 32) or test_effect or test_contact or 16-numpy'
+    some = 'test_limits or (test_size and 32) or test_effect or 16-numpy'
+    some += ' or test_contact and 32 and (hanging or sphere or box)'
     some += ' or test_cloth_ros and 16'
     command = [sys.executable, '-m', 'pytest', 'bench', '-q', f'--benchmark-json={path}']
     # pytest-benchmark measures nothing where this variable says that tests run in parallel.
@@ -41,6 +42,8 @@ def test_report_has_all_sections(measured, tmp_path):
     text = report.text()
     for heading in ('Cost by size', 'limit of the processor', 'Cost of each', 'other engines'):
         assert heading in text
+    for row in ('| hanging, ns |', '| lying on sphere |', '| falling on box |', 'On a box:'):
+        assert row in text
     assert '32 × 32' in text
     assert 'NumPy' in text
     readme = tmp_path / 'README.md'
