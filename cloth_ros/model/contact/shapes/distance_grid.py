@@ -33,6 +33,8 @@ MAX_NODES = 4_000_000
 WALL_CELLS = 2.5
 # Cells in the circumradius of the triangles of a sheet: a quarter of its spacing.
 RADIUS_CELLS = 3.0
+# Below this many the offset would be too coarse: it is made for a larger circumradius instead.
+_MIN_RADIUS_CELLS = 1.5
 # Cells of the grid beyond the offset: one for interpolation, one for rounding up.
 _PADDING = 2.0
 # Cells inside the mesh to which the offset is continued.
@@ -63,7 +65,8 @@ class DistanceGrid:
     cell
         Distance of neighbouring nodes, m.
     rho
-        Circumradius of the triangles of the sheet for which `share` was made, m.
+        Circumradius of triangles for which `share` was made, m: that of the sheet or, with large
+        cells, `largest_radius`.  The offset is the product of `share` and this.
     error
         Greatest interpolated distance found on the surface, m; there it should be 0.
 
@@ -95,7 +98,13 @@ def interpolate(channel: Array, grid: DistanceGrid, points: Array) -> Array:
     return total
 
 
+def largest_radius(cell: float, rho: float) -> float:
+    """Return the circumradius for which the offset is made, m: `rho`, or 1.5 cells if greater."""
+    return max(rho, _MIN_RADIUS_CELLS * cell)
+
+
 def _shape(mesh: Mesh, cell: float, rho: float) -> tuple[int, int, int]:
+    rho = largest_radius(cell, rho)
     extent = mesh.upper - mesh.lower + 2 * (rho + _PADDING * cell)
     nx, ny, nz = np.ceil(extent / cell).astype(int) + 1
     return int(nx), int(ny), int(nz)
@@ -216,6 +225,7 @@ def distance_grid(mesh: Mesh, cell: float, rho: float) -> DistanceGrid:
             'cell', cell, f'at least {least:.3g} m for a mesh of this size', f'write {least:.3g}'
         )
     origin = (mesh.lower + mesh.upper) / 2 - cell * (np.array(shape) - 1) / 2
+    rho = largest_radius(cell, rho)
     values, owners = _signed_distances(mesh, origin, cell, shape, rho)
     share = _share(mesh, values, owners, origin, cell, rho)
     grid = DistanceGrid(values, share, origin, cell, rho, 0.0)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .distance_grid import DistanceGrid, distance_grid
+from .distance_grid import DistanceGrid, distance_grid, largest_radius
 from .mesh import Mesh
 
 # Bytes of all files together; the oldest are removed.
@@ -62,7 +62,10 @@ def _load(path: Path, cell: float, rho: float) -> DistanceGrid | None:
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error):
         return None
     channels = (grid.values, grid.share)
-    if (grid.cell, grid.rho) != (cell, rho) or grid.values.shape != grid.share.shape:
+    if (grid.cell, grid.rho) != (
+        cell,
+        largest_radius(cell, rho),
+    ) or grid.values.shape != grid.share.shape:
         return None
     whole = all(each.dtype == np.float32 and each.ndim == 3 for each in channels)
     return grid if whole and grid.origin.shape == (3,) else None
