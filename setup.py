@@ -22,7 +22,8 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     python_requires='>=3.10',
-    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML'],
+    # trimesh reads the files of mesh colliders; it needs nothing but NumPy.
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
         # rclpy is used, so they are no requirement of the package itself.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ...scene.collider import ColliderParameters
+from ..grid import Array
 from ..inputs import Quaternion, Vector
 
 
@@ -48,4 +49,9 @@ class Collider(Protocol):
     @property
     def touching(self) -> int:
         """Number of particles that touched it in the last substep."""
+        ...
+
+    @property
+    def mesh_triangles(self) -> Array | None:
+        """Triangles of a mesh in its own frame, m, shape (n, 3, 3); None for other types."""
         ...

@@ -18,7 +18,7 @@ it at once.  It therefore starts as far inside its surface as there is room, and
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -127,13 +127,14 @@ class Contact:
     def __init__(self, scene: Scene, grid: Grid, dtype: type) -> None:
         sheet = scene.sheet
         extent = 2 * sheet.diagonal or 1.0
+        self._rho0 = 0.5 * math.hypot(*sheet.spacing)
         self.colliders = {
-            each.name: RigidCollider(each, extent, dtype) for each in scene.all_colliders()
+            each.name: RigidCollider(each, self._rho0, extent, dtype)
+            for each in scene.all_colliders()
         }
         self.touched = False
         self._grid, self._dtype = grid, dtype
         self._cell_mass, self._gravity = sheet.cell_mass, np.array(scene.gravity)
-        self._rho0 = 0.5 * math.hypot(*sheet.spacing)
         self._extent = extent
         self._cached: dict[tuple[Any, ...], ContactTable] = {}
         self._cells = grid.field(dtype, components=1)[0]
@@ -146,7 +147,7 @@ class Contact:
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
-        self._fields: Array = np.zeros(1, dtype)
+        self._fields, self._starts = _fields_of(self.colliders.values(), dtype)
         self._idle = no_contacts(dtype)
 
     @property
@@ -311,6 +312,7 @@ class Contact:
         table = self._tables(tuple(each.kind for each in near), max(map(len, rows)))
         for n, row in enumerate(rows):
             table.rows[:, n] = row
+            table.starts[n] = self._starts[near[n].name]
         table.sums[...] = 0
         moved = [
             seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows)
@@ -336,8 +338,7 @@ class Contact:
                 np.zeros((count, number, ROW), self._dtype),
                 np.zeros((number, self._blocks), np.int64),
                 self._rho,
-                self._fields,
-                self._fields,
+                *self._fields,
                 np.zeros(number, np.int64),
                 np.zeros((number, self._chunks, SUMS)),
             )
@@ -443,7 +444,9 @@ class Contact:
         return self._broad_phases[collider.name]
 
     def _fields_of(self, collider: RigidCollider) -> tuple[Array, Array]:
-        return np.zeros(1), np.zeros(1)
+        values, shares = self._fields
+        start = self._starts[collider.name]
+        return values[start:], shares[start:]
 
     # Work and forces
 
@@ -613,3 +616,19 @@ class Contact:
             row, fields, 1.0, 1e-5,
         )  # fmt: skip
         self.invalidate()
+
+
+def _fields_of(
+    colliders: Iterable[RigidCollider], dtype: type
+) -> tuple[tuple[Array, Array], dict[str, int]]:
+    """Return the distances and shares of all meshes, one after the other, and where each begins."""
+    values: list[Array] = [np.zeros(1)]
+    shares: list[Array] = [np.zeros(1)]
+    starts: dict[str, int] = {}
+    for each in colliders:
+        starts[each.name] = 0
+        if each.shape.fields is not None:
+            starts[each.name] = sum(map(len, values))
+            values.append(each.shape.fields[0])
+            shares.append(each.shape.fields[1])
+    return (np.concatenate(values).astype(dtype), np.concatenate(shares).astype(dtype)), starts

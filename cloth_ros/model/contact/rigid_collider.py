@@ -83,10 +83,12 @@ class RigidCollider:
 
     """
 
-    def __init__(self, parameters: ColliderParameters, extent: float, dtype: type) -> None:
+    def __init__(
+        self, parameters: ColliderParameters, rho: float, extent: float, dtype: type
+    ) -> None:
         self.parameters = parameters
         self.name, self.type = parameters.name, parameters.type
-        self.shape = shape_of(parameters)
+        self.shape = shape_of(parameters, rho)
         # About the origin: a sphere has no other reference point than on its surface.
         self._triangle_shape = self.shape
         if parameters.type == 'sphere':
@@ -120,6 +122,11 @@ class RigidCollider:
         """Direction of its local z axis, shape (3,): the normal of a plane."""
         axis: Array = rotation_matrices(np.array([self.orientation]))[0][:, 2]
         return axis
+
+    @property
+    def mesh_triangles(self) -> Array | None:
+        """Triangles of a mesh in its own frame, m, shape (n, 3, 3); None for other types."""
+        return self.shape.triangles
 
     @property
     def kind(self) -> int:

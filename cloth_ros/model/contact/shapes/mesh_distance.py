@@ -55,10 +55,12 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     gy = g0 + p * (g1 - g0)
     lower, upper = d00 + q * (d01 - d00), d10 + q * (d11 - d10)
     gz = lower + p * (upper - lower)
-    share = shares[n]
-    share = max(max(share, shares[n + t]), max(shares[n + sy], shares[n + sy + t]))
-    share = max(share, max(shares[n + sx], shares[n + sx + t]))
-    share = max(share, max(shares[n + sx + sy], shares[n + sx + sy + t]))
+    s00 = shares[n] + r * (shares[n + t] - shares[n])
+    s01 = shares[n + sy] + r * (shares[n + sy + t] - shares[n + sy])
+    s10 = shares[n + sx] + r * (shares[n + sx + t] - shares[n + sx])
+    s11 = shares[n + sx + sy] + r * (shares[n + sx + sy + t] - shares[n + sx + sy])
+    s0, s1 = s00 + q * (s01 - s00), s10 + q * (s11 - s10)
+    share = s0 + p * (s1 - s0)
     # Beyond the boundary of the grid.
     u, v, w = x - a, y - b, z - c
     away = np.sqrt(u * u + v * v + w * w) * cell

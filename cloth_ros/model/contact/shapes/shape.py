@@ -50,6 +50,10 @@ class Shape:
         the contact and not the size of the shape.
     reference
         Returns that point, for a point near the sheet, both m in the frame of the shape.
+    fields
+        Of a mesh: distances at the nodes of a grid, m, and offsets there as shares of ρ, flat.
+    triangles
+        Of a mesh: corners, m, shape (n, 3, 3).
 
     """
 
@@ -59,6 +63,8 @@ class Shape:
     blunt_radius: float
     constants: Callable[[Array], Sequence[float]]
     reference: Callable[[Array], Array]
+    fields: tuple[Array, Array] | None = None
+    triangles: Array | None = None
 
 
 @inlined
