@@ -329,7 +329,7 @@ class Simulation:
         state, air_velocity, observer = self.state, self._air_velocity, self._observer
         contact, time = self.contact, self.time
         if contact is not None and contact.may_act(state, seconds):
-            contact.act(kick_drift, state, steps, air_velocity, time, observer)
+            contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
         elif observer is not None:
             for step in steps:
                 kick_drift.apply(state, (step,), air_velocity)

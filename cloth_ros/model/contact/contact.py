@@ -53,6 +53,8 @@ class ContactSnapshot(NamedTuple):
     colliders: Mapping[str, ColliderSnapshot]
     patience: int
     rho: Array
+    elapsed: float
+    moved: float
 
 
 class Contact:
@@ -88,7 +90,9 @@ class Contact:
         self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
         fields = MeshFields(colliders, dtype)
-        self._particles = ParticleBatch(grid, dtype, self._rho, colliders, fields)
+        self._particles = ParticleBatch(
+            grid, dtype, self._rho, math.hypot(*scene.gravity), colliders, fields
+        )
         self._triangles = TriangleSubstep(grid, fields, np.array(scene.gravity))
         self._grid, self._cell_mass = grid, sheet.cell_mass
         self._idle = no_contacts(dtype)
@@ -148,7 +152,8 @@ class Contact:
         self,
         kicks: Kicks,
         state: State,
-        steps: Sequence[Drift],
+        steps: tuple[Drift, ...],
+        seconds: float,
         air_velocity: Vector,
         time: float,
         observer: Observer | None,
@@ -162,8 +167,8 @@ class Contact:
             Of the scene.
         state
             At the start of the batch; changed.
-        steps
-            Of the batch.
+        steps, seconds
+            Of the batch, and their duration, s.
         air_velocity
             m/s.
         time
@@ -172,11 +177,17 @@ class Contact:
             Receives every step, or None.
 
         """
-        drifts = [step.drift for step in steps]
-        seconds, longest = sum(drifts), max(drifts)
+        if observer is None and not self._patience:
+            table = self._particles.found(state, self._near, seconds, self._fastest)
+            if table is not None:
+                kicks.apply(state, steps, air_velocity, table)
+                self._take(state, self._near, table)
+                self._end_batch(state, time, seconds)
+                return
+        longest = max([step.drift for step in steps])
         by_triangles = {each.name for each in self._near if self._is_sharp(each, state, longest)}
         if observer is None and not by_triangles and not self._patience:
-            if self._act_on_particles(kicks, state, steps, air_velocity, time):
+            if self._act_on_particles(kicks, state, steps, seconds, air_velocity, time):
                 for each in self._near:
                     each.grow(seconds)
                 self._end_batch(state, time, seconds)
@@ -218,19 +229,21 @@ class Contact:
         self,
         kicks: Kicks,
         state: State,
-        steps: Sequence[Drift],
+        steps: tuple[Drift, ...],
+        seconds: float,
         air_velocity: Vector,
         time: float,
     ) -> bool:
         """Make a batch with contact of particles; return False, and undo it, if not enough."""
-        times = time + np.concatenate([[0.0], np.cumsum([step.drift for step in steps])])
-        table = self._table(state, self._near, times)
+        end = time + seconds
+        offsets = np.cumsum([0.0, *[step.drift for step in steps]])
+        table = self._table(state, self._near, time + offsets)
         if table is None:
-            kicks.apply(state, tuple(steps), air_velocity)
+            kicks.apply(state, steps, air_velocity)
             return True
         before = (state.position.copy(), state.velocity.copy(), kicks.work.copy())
-        kicks.apply(state, tuple(steps), air_velocity, table)
-        if not self._particles.is_enough(state, self._near, table, float(times[-1])):
+        kicks.apply(state, steps, air_velocity, table)
+        if not self._particles.is_enough(state, self._near, table, end):
             state.position[...], state.velocity[...], kicks.work[...] = before
             return False
         self._take(state, self._near, table)
@@ -244,7 +257,7 @@ class Contact:
             seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows)
             for each in near
         ]
-        return self._particles.table(state, near, times, approaches)
+        return self._particles.table(state, near, times, approaches, self._fastest)
 
     def _take(self, state: State, near: Sequence[RigidCollider], table: ContactTable) -> None:
         total = table.sums.sum(axis=1)
@@ -317,6 +330,7 @@ class Contact:
 
     def invalidate(self) -> None:
         """Discard what is known about the state: its velocities were assigned."""
+        self._particles.invalidate()
         for each in self.colliders.values():
             each.clearance = 0.0
 
@@ -368,7 +382,10 @@ class Contact:
     def snapshot(self) -> ContactSnapshot:
         """Return everything about the colliders that later results depend on."""
         colliders = {name: each.snapshot() for name, each in self.colliders.items()}
-        return ContactSnapshot(colliders, self._patience, self._particles.rho.copy())
+        particles = self._particles
+        return ContactSnapshot(
+            colliders, self._patience, particles.rho.copy(), particles.elapsed, particles.moved
+        )
 
     def restore(self, snapshot: ContactSnapshot, state: State, *, exact: bool) -> None:
         """
@@ -377,10 +394,13 @@ class Contact:
         Not `exact`: of a scene with other parameters, or of a sheet on another grid.
         """
         self._patience = snapshot.patience
+        particles = self._particles
         if exact:
-            self._particles.rho[...] = snapshot.rho
+            particles.forget_search()
+            particles.rho[...] = snapshot.rho
+            particles.elapsed, particles.moved = snapshot.elapsed, snapshot.moved
         else:
-            self._particles.rho[...] = 0
+            particles.rho[...] = 0
             self.invalidate()
         for name, each in self.colliders.items():
             known = snapshot.colliders.get(name)

@@ -45,7 +45,6 @@ class MeshFields:
         self.values: Array = np.concatenate(values).astype(dtype)
         self.shares: Array = np.concatenate(shares).astype(dtype)
 
-    def of(self, collider: RigidCollider) -> tuple[Array, Array]:
-        """Return the fields of a collider."""
-        start = self.starts[collider.name]
-        return self.values[start:], self.shares[start:]
+    def of(self, collider: RigidCollider) -> tuple[Array, Array, np.uint64]:
+        """Return the fields as kernels take them for a collider."""
+        return self.values, self.shares, np.uint64(self.starts[collider.name])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,33 @@ from .sheet_bounds import measure_triangles
 # Least and greatest bound of the circumradius of triangles, as multiples of its value in the flat
 # sheet.  What is larger still is left to the triangles.
 _LEAST, _MOST = 1.05, 2.0
+# Motion of particles, as a share of that bound, up to which triangles have not changed by much,
+# and up to which the blocks in reach of a collider at rest need not be searched for again.
+_UNCHANGED, _MARGIN = 0.02, 0.1
 # Tables that are kept; a motion uses a few.
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
+
+
+class Found(NamedTuple):
+    """
+    Blocks in reach of colliders at rest.
+
+    Attributes
+    ----------
+    table
+        As the kernel takes it.
+    rows
+        That it was made from.
+    left
+        How far particles may still move before it is out of date, m.
+
+    """
+
+    table: ContactTable
+    rows: list[Array]
+    left: float
 
 
 class ParticleBatch:
@@ -37,6 +60,8 @@ class ParticleBatch:
         Of the sheet.
     rho
         Circumradius of the triangles of the flat sheet, m.
+    gravity
+        m/s².
     colliders
         Of the scene.
     fields
@@ -46,6 +71,9 @@ class ParticleBatch:
     ----------
     rho
         Bound of the circumradius of the triangles of each particle, m, shape (size,).
+    elapsed, moved
+        Time, s, since that was computed, and how far particles may have moved until the end of the
+        present batch, m.
 
     """
 
@@ -54,6 +82,7 @@ class ParticleBatch:
         grid: Grid,
         dtype: type,
         rho: float,
+        gravity: float,
         colliders: Sequence[RigidCollider],
         fields: MeshFields,
     ) -> None:
@@ -63,7 +92,42 @@ class ParticleBatch:
         self._search = compose_search(frozenset([each.kind for each in colliders]))
         self._cells = grid.field(dtype, components=1)[0]
         self.rho: Array = grid.field(dtype, components=1)[0]
+        self._gravity, self._small = gravity, _UNCHANGED * _LEAST * rho
+        self._found: Found | None = None
+        self.invalidate()
         self._cached: dict[tuple[Any, ...], ContactTable] = {}
+
+    def invalidate(self) -> None:
+        """Bound the triangles anew, and search for blocks in reach, at the next batch."""
+        self.elapsed, self.moved = 0.0, math.inf
+        self._found = None
+
+    def forget_search(self) -> None:
+        """Search for blocks in reach at the next batch."""
+        self._found = None
+
+    def found(
+        self, state: State, near: Sequence[RigidCollider], seconds: float, fastest: float
+    ) -> ContactTable | None:
+        """
+        Return the table of the last batch if it holds for another one; see `table`.
+
+        Then nothing moves by much: particles alone are enough.
+        """
+        found = self._found
+        motion = seconds * self._speed(fastest, seconds)
+        if found is None or not motion < min(found.left, self._small):
+            return None
+        if len(near) != len(found.rows):
+            return None
+        for n, each in enumerate(near):
+            # The same object as long as nothing changes.
+            if each.row_at_rest(state.origin) is not found.rows[n]:
+                return None
+        self._measure(state, seconds, motion)
+        self._found = found._replace(left=found.left - motion)
+        found.table.sums[...] = 0
+        return found.table
 
     def table(
         self,
@@ -71,6 +135,7 @@ class ParticleBatch:
         near: Sequence[RigidCollider],
         times: Array,
         approaches: Sequence[float],
+        fastest: float,
     ) -> ContactTable | None:
         """
         Return what the kernel needs for a batch; None if all colliders are out of reach.
@@ -85,10 +150,12 @@ class ParticleBatch:
             At the start and after each drift, s.
         approaches
             By how much the surface of each may move in the batch, m.
+        fastest
+            Speed of the fastest particle at the start, m/s.
 
         """
         seconds = float(times[-1] - times[0])
-        self._measure(state, seconds)
+        self._measure(state, seconds, seconds * self._speed(fastest, seconds))
         rows = [each.rows(state.origin, times) for each in near]
         count = max([len(row) for row in rows])
         table = self._empty(tuple([each.kind for each in near]), count)
@@ -97,19 +164,40 @@ class ParticleBatch:
             table.starts[n] = self._fields.starts[near[n].name]
         table.sums[...] = 0
         clearances = np.empty(len(near))
+        margin = _MARGIN * self._bounds[0]
         self._search(
             state.position, state.velocity, *self._layout[:2], seconds, table,
-            np.array(approaches), clearances,
+            np.array(approaches) + margin, clearances,
         )  # fmt: skip
         for n, clearance in enumerate(clearances.tolist()):
             near[n].clearance = clearance
-        return table if table.active.any() else None
+        self._found = None
+        if not table.active.any():
+            return None
+        if count == 1:
+            self._found = Found(table, rows, margin)
+        return table
 
-    def _measure(self, state: State, seconds: float) -> None:
+    def _speed(self, fastest: float, seconds: float) -> float:
+        """Return a bound of the speed, m/s, in a batch: twice that at its start, and a fall."""
+        return 2 * fastest + 0.5 * self._gravity * seconds
+
+    @property
+    def unchanged(self) -> bool:
+        """True if triangles are about as large as when they were measured."""
+        return self.moved < self._small
+
+    def _measure(self, state: State, seconds: float, motion: float) -> None:
+        """Bound the triangles anew, unless they cannot have changed by much."""
+        self.elapsed += seconds
+        self.moved += motion
+        if self.unchanged:
+            return
         measure_triangles(
-            state.position, state.velocity, *self._layout, seconds, *self._bounds, self._cells,
-            self.rho,
+            state.position, state.velocity, *self._layout, self.elapsed, seconds, *self._bounds,
+            self._cells, self.rho,
         )  # fmt: skip
+        self.elapsed, self.moved = 0.0, motion
 
     def _empty(self, kinds: tuple[int, ...], count: int) -> ContactTable:
         """Return a table for colliders of these kinds and so many rows; one is used at a time."""
@@ -145,6 +233,8 @@ class ParticleBatch:
             Of the batch.
 
         """
+        if self.unchanged:
+            return True
         if not has_grown(state.position, *self._layout, table.rho, table.active, self._cells):
             return True
         for n, each in enumerate(near):
@@ -170,7 +260,7 @@ class ParticleBatch:
     def warm_up(self, colliders: Sequence[RigidCollider], state: State) -> ContactTable:
         """Compile the kernels; return a table of which nothing is in reach."""
         table = self._empty(tuple([each.kind for each in colliders]), 1)
-        self._measure(state, 0.0)
+        self._measure(state, 0.0, math.inf)
         none = np.zeros(len(colliders))
         self._search(state.position, state.velocity, *self._layout[:2], 0.0, table, none, none)
         table.active[...] = 0

@@ -59,29 +59,32 @@ SUMS = 9
 
 
 @inlined
-def _constants_of(row, number):  # type: ignore[no-untyped-def]
+def _constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
     """Return the rotation, and the constants of the shape, of a row as tuples."""
     rotation = (
-        number(row[0]), number(row[1]), number(row[2]), number(row[3]), number(row[4]),
-        number(row[5]), number(row[6]), number(row[7]), number(row[8]),
+        number(rows[drift, n, 0]), number(rows[drift, n, 1]), number(rows[drift, n, 2]),
+        number(rows[drift, n, 3]), number(rows[drift, n, 4]), number(rows[drift, n, 5]),
+        number(rows[drift, n, 6]), number(rows[drift, n, 7]), number(rows[drift, n, 8]),
     )  # fmt: skip
     constants = (
-        number(row[29]), number(row[30]), number(row[31]), number(row[32]), number(row[33]),
-        number(row[34]), number(row[35]), number(row[36]), number(row[37]), number(row[38]),
-        number(row[39]), number(row[40]), number(row[41]), number(row[42]), number(row[43]),
-        number(row[44]),
+        number(rows[drift, n, 29]), number(rows[drift, n, 30]), number(rows[drift, n, 31]),
+        number(rows[drift, n, 32]), number(rows[drift, n, 33]), number(rows[drift, n, 34]),
+        number(rows[drift, n, 35]), number(rows[drift, n, 36]), number(rows[drift, n, 37]),
+        number(rows[drift, n, 38]), number(rows[drift, n, 39]), number(rows[drift, n, 40]),
+        number(rows[drift, n, 41]), number(rows[drift, n, 42]), number(rows[drift, n, 43]),
+        number(rows[drift, n, 44]),
     )  # fmt: skip
     return rotation, constants
 
 
 def _search_loop(distance: Distance) -> Kernel:
     @inlined_variant
-    def loop(first, last, position, velocity, rho, row, fields, seconds):  # type: ignore[no-untyped-def]
+    def loop(first, last, position, velocity, rho, rows, n, fields, seconds):  # type: ignore[no-untyped-def]
         """Return the least gap, m, that is left after so many s if all move towards the shape."""
         number = velocity.dtype.type
-        rotation, constants = _constants_of(row, number)
-        px, py, pz = number(row[9]), number(row[10]), number(row[11])
-        inset, h, far = number(row[24]), number(seconds), number(GHOST)
+        rotation, constants = _constants_of(rows, 0, n, number)
+        px, py, pz = number(rows[0, n, 9]), number(rows[0, n, 10]), number(rows[0, n, 11])
+        inset, h, far = number(rows[0, n, 24]), number(seconds), number(GHOST)
         nearest = far
         for i in range(first, last):
             x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
@@ -95,22 +98,50 @@ def _search_loop(distance: Distance) -> Kernel:
     return loop
 
 
-def _particle_loop(distance: Distance) -> Kernel:
+def _particle_loop(distance: Distance, moving: bool) -> Kernel:
     @inlined_variant
     def loop(  # type: ignore[no-untyped-def]
-        first, last, position, back_buffer, velocity, former, mobility, rho, row, fields, gravity,
-        h, sums,
+        first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift, n,
+        fields, gravity, h, sums, chunk,
     ):  # fmt: skip
         number = velocity.dtype.type
         zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
-        rotation, constants = _constants_of(row, number)
-        px, py, pz = number(row[9]), number(row[10]), number(row[11])
-        s0, s1, s2 = number(row[12]), number(row[13]), number(row[14])
-        s3, s4, s5 = number(row[15]), number(row[16]), number(row[17])
-        s6, s7, s8 = number(row[18]), number(row[19]), number(row[20])
-        ux, uy, uz = number(row[21]), number(row[22]), number(row[23])
-        inset, growth, friction = number(row[24]), number(row[25]), number(row[26])
-        slop, allowed, share = number(row[27]), number(row[27] + row[28]), number(_SHARE)
+        rotation, constants = _constants_of(rows, drift, n, number)
+        px, py, pz = (
+            number(rows[drift, n, 9]),
+            number(rows[drift, n, 10]),
+            number(rows[drift, n, 11]),
+        )
+        s0, s1, s2 = (
+            number(rows[drift, n, 12]),
+            number(rows[drift, n, 13]),
+            number(rows[drift, n, 14]),
+        )
+        s3, s4, s5 = (
+            number(rows[drift, n, 15]),
+            number(rows[drift, n, 16]),
+            number(rows[drift, n, 17]),
+        )
+        s6, s7, s8 = (
+            number(rows[drift, n, 18]),
+            number(rows[drift, n, 19]),
+            number(rows[drift, n, 20]),
+        )
+        ux, uy, uz = (
+            number(rows[drift, n, 21]),
+            number(rows[drift, n, 22]),
+            number(rows[drift, n, 23]),
+        )
+        inset, growth, friction = (
+            number(rows[drift, n, 24]),
+            number(rows[drift, n, 25]),
+            number(rows[drift, n, 26]),
+        )
+        slop, allowed, share = (
+            number(rows[drift, n, 27]),
+            number(rows[drift, n, 27] + rows[drift, n, 28]),
+            number(_SHARE),
+        )
         per_h = one / h
         gx, gy, gz = gravity
         jx = jy = jz = lx = ly = lz = work = touched = zero
@@ -120,25 +151,29 @@ def _particle_loop(distance: Distance) -> Kernel:
             inverse_mass = mobility[0, i] * mobility[1, i]
             depth = slop - inset - gap
             # Velocity of the surface, and relative to it.
-            p = ux + s0 * x + s1 * y + s2 * z
-            q = uy + s3 * x + s4 * y + s5 * z
-            r = uz + s6 * x + s7 * y + s8 * z
             vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
-            u, v, w = vx - p, vy - q, vz - r
-            along = u * nx + v * ny + w * nz - growth
+            p_was, q_was, r_was = former[0, i], former[1, i], former[2, i]
+            u, v, w = vx, vy, vz
+            if moving:
+                p = ux + s0 * x + s1 * y + s2 * z
+                q = uy + s3 * x + s4 * y + s5 * z
+                r = uz + s6 * x + s7 * y + s8 * z
+                p_was, q_was, r_was = p_was - p, q_was - q, r_was - r
+                u, v, w = vx - p, vy - q, vz - r
+            along = u * nx + v * ny + w * nz
+            was = p_was * nx + q_was * ny + r_was * nz
+            turned = u * p_was + v * q_was + w * r_was - along * was
+            u, v, w = u - along * nx, v - along * ny, w - along * nz
+            if moving:
+                along, was = along - growth, was - growth
             touch = depth > zero and inverse_mass > zero
             # Before the kick; a push, and friction, must not add energy to what it was.
-            p_was, q_was, r_was = former[0, i] - p, former[1, i] - q, former[2, i] - r
-            was = p_was * nx + q_was * ny + r_was * nz - growth
             push = min(depth * per_h, max(-along - max(was, zero), zero))
             push = push if touch else zero
             # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
             # a jump of the position would shake the springs.
             left = share * max(depth - allowed - push * h, zero)
             left = left if touch else zero
-            turned = u * p_was + v * q_was + w * r_was - (along + growth) * (was + growth)
-            along += growth
-            u, v, w = u - along * nx, v - along * ny, w - along * nz
             squared = u * u + v * v + w * w
             # At most the whole sliding velocity; the reciprocal root is fast.
             root = one / np.sqrt(max(squared, tiny))
@@ -162,27 +197,52 @@ def _particle_loop(distance: Distance) -> Kernel:
             ly += z * tx - x * tz
             lz += x * ty - y * tx
             lift = max(-(gx * nx + gy * ny + gz * nz), zero)
-            work += max(p * tx + q * ty + r * tz, zero) + mass * lift * left
+            work += mass * lift * left
+            if moving:
+                work += max(p * tx + q * ty + r * tz, zero)
             touched += one if touch else zero
-        sums[0] += jx
-        sums[1] += jy
-        sums[2] += jz
-        sums[3] += lx
-        sums[4] += ly
-        sums[5] += lz
-        sums[6] += work
-        sums[7] += touched
-        sums[8] += touched
+        sums[n, chunk, 0] += jx
+        sums[n, chunk, 1] += jy
+        sums[n, chunk, 2] += jz
+        sums[n, chunk, 3] += lx
+        sums[n, chunk, 4] += ly
+        sums[n, chunk, 5] += lz
+        sums[n, chunk, 6] += work
+        sums[n, chunk, 7] += touched
+        sums[n, chunk, 8] += touched
 
     return loop
 
 
-_with_plane, _to_plane = _particle_loop(plane.distance), _search_loop(plane.distance)
-_with_sphere, _to_sphere = _particle_loop(sphere.distance), _search_loop(sphere.distance)
-_with_capsule, _to_capsule = _particle_loop(capsule.distance), _search_loop(capsule.distance)
-_with_box, _to_box = _particle_loop(box.distance), _search_loop(box.distance)
-_with_cylinder, _to_cylinder = _particle_loop(cylinder.distance), _search_loop(cylinder.distance)
-_with_mesh, _to_mesh = _particle_loop(mesh_distance.distance), _search_loop(mesh_distance.distance)
+def _contact(distance: Distance) -> Kernel:
+    """Return the loop for a shape, without what a collider at rest does not need if it is."""
+    still, moving = _particle_loop(distance, False), _particle_loop(distance, True)
+
+    @inlined_variant
+    def choose(  # type: ignore[no-untyped-def]
+        moves, first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
+                n, fields, gravity, h, sums, chunk,
+    ):  # fmt: skip
+        if moves:
+            moving(
+                first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
+                n, fields, gravity, h, sums, chunk,
+            )  # fmt: skip
+        else:
+            still(
+                first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
+                n, fields, gravity, h, sums, chunk,
+            )  # fmt: skip
+
+    return choose
+
+
+_with_plane, _to_plane = _contact(plane.distance), _search_loop(plane.distance)
+_with_sphere, _to_sphere = _contact(sphere.distance), _search_loop(sphere.distance)
+_with_capsule, _to_capsule = _contact(capsule.distance), _search_loop(capsule.distance)
+_with_box, _to_box = _contact(box.distance), _search_loop(box.distance)
+_with_cylinder, _to_cylinder = _contact(cylinder.distance), _search_loop(cylinder.distance)
+_with_mesh, _to_mesh = _contact(mesh_distance.distance), _search_loop(mesh_distance.distance)
 
 # Sweeps over the colliders where several may touch the same particles.
 _SWEEPS = 2
@@ -222,7 +282,8 @@ def compose(kinds: Set[int]) -> Kernel:
         contacts,
     ):  # fmt: skip
         types, rows, active, rho, values, shares, starts, sums = contacts
-        sums[:, chunk, TOUCHING] = 0
+        for n in range(len(types)):
+            sums[n, chunk, TOUCHING] = 0
         chunk_end = last
         low, high = (first - begin) // BLOCK, (last - begin + BLOCK - 1) // BLOCK
         repeat = False
@@ -236,9 +297,9 @@ def compose(kinds: Set[int]) -> Kernel:
             if again >= len(types) and not repeat:
                 break
             kind = types[n]
-            row = rows[drift if len(rows) > 1 else 0, n]
-            out = sums[n, chunk]
-            fields = (values[starts[n] :], shares[starts[n] :])
+            moves = len(rows) > 1
+            number = drift if moves else 0
+            fields = (values, shares, np.uint64(starts[n]))
             block = low
             while block < high:
                 if not active[n, block]:
@@ -252,38 +313,38 @@ def compose(kinds: Set[int]) -> Kernel:
                 if has_plane:
                     if kind == plane.KIND:
                         _with_plane(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
                 if has_sphere:
                     if kind == sphere.KIND:
                         _with_sphere(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
                 if has_capsule:
                     if kind == capsule.KIND:
                         _with_capsule(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
                 if has_box:
                     if kind == box.KIND:
                         _with_box(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
                 if has_cylinder:
                     if kind == cylinder.KIND:
                         _with_cylinder(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
                 if has_mesh:
                     if kind == mesh_distance.KIND:
                         _with_mesh(
-                            first, last, before, after, velocity, former, mobility, rho, row,
-                            fields, gravity, h, out,
+                            moves, first, last, before, after, velocity, former, mobility, rho,
+                            rows, number, n, fields, gravity, h, sums, chunk,
                         )  # fmt: skip
 
     return resolve
@@ -317,8 +378,7 @@ def compose_search(kinds: Set[int]) -> Kernel:
         types, rows, active, rho, values, shares, starts, _ = contacts
         for n in range(len(types)):
             kind = types[n]
-            row = rows[0, n]
-            fields = (values[starts[n] :], shares[starts[n] :])
+            fields = (values, shares, np.uint64(starts[n]))
             clearance = np.inf
             for block in range(active.shape[1]):
                 first = np.uint64(begin + block * BLOCK)
@@ -326,28 +386,34 @@ def compose_search(kinds: Set[int]) -> Kernel:
                 gap = position[0, first]
                 if has_plane:
                     if kind == plane.KIND:
-                        gap = _to_plane(first, last, position, velocity, rho, row, fields, seconds)
+                        gap = _to_plane(
+                            first, last, position, velocity, rho, rows, n, fields, seconds
+                        )
                 if has_sphere:
                     if kind == sphere.KIND:
                         gap = _to_sphere(
-                            first, last, position, velocity, rho, row, fields, seconds
+                            first, last, position, velocity, rho, rows, n, fields, seconds
                         )
                 if has_capsule:
                     if kind == capsule.KIND:
                         gap = _to_capsule(
-                            first, last, position, velocity, rho, row, fields, seconds
+                            first, last, position, velocity, rho, rows, n, fields, seconds
                         )
                 if has_box:
                     if kind == box.KIND:
-                        gap = _to_box(first, last, position, velocity, rho, row, fields, seconds)
+                        gap = _to_box(
+                            first, last, position, velocity, rho, rows, n, fields, seconds
+                        )
                 if has_cylinder:
                     if kind == cylinder.KIND:
                         gap = _to_cylinder(
-                            first, last, position, velocity, rho, row, fields, seconds
+                            first, last, position, velocity, rho, rows, n, fields, seconds
                         )
                 if has_mesh:
                     if kind == mesh_distance.KIND:
-                        gap = _to_mesh(first, last, position, velocity, rho, row, fields, seconds)
+                        gap = _to_mesh(
+                            first, last, position, velocity, rho, rows, n, fields, seconds
+                        )
                 clearance = min(clearance, gap)
                 # True for NaN.
                 active[n, block] = 0 if gap > approaches[n] else 1

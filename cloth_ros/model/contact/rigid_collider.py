@@ -105,7 +105,8 @@ class RigidCollider:
         self._size = min(self.shape.bounding_radius, extent)
         self._slop = _ROUNDINGS * float(np.finfo(dtype).eps) * (self._size + extent)
         self._allowance = min(_ALLOWANCE_SHARE * self.shape.blunt_radius, _ALLOWANCE)
-        self._still: tuple[Any, Array] | None = None  # rows, and what they were made for
+        # Of particles and of triangles: what the row was made for, and the row.
+        self._at_rest: list[tuple[Any, Array] | None] = [None, None]
         self._seconds = 0.0
         self.work, self.touching = 0.0, 0
         self._total = [0.0] * 6  # impulse, and moment about the origin, in this advance
@@ -223,13 +224,24 @@ class RigidCollider:
             One row for each drift, shape (len(times) - 1, ROW); only one if nothing changes.
 
         """
-        count = len(times) - 1
+        at_rest = self.row_at_rest(origin, triangles=triangles)
+        if at_rest is not None:
+            return at_rest
+        rows = self._make_rows(origin, times, triangles=triangles)
+        if not self.path.moves and not self.grows:
+            self._at_rest[triangles] = ((self.pose, origin.tobytes()), rows)
+        return rows
+
+    def row_at_rest(self, origin: Array, *, triangles: bool = False) -> Array | None:
+        """Return the row of a collider that does not change, if it is known; see `rows`."""
+        known = self._at_rest[triangles]
+        if known is None or self.path.moves or self.grows:
+            return None
+        return known[1] if known[0] == (self.pose, origin.tobytes()) else None
+
+    def _make_rows(self, origin: Array, times: Array, *, triangles: bool) -> Array:
         still = not self.path.moves
-        if still and not self.grows:
-            count = 1
-            key = (triangles, self.pose, *origin.tolist())
-            if self._still is not None and self._still[0] == key:
-                return self._still[1]
+        count = 1 if still and not self.grows else len(times) - 1
         rows = np.zeros((count, ROW))
         poses = (
             self.path.poses(times[: count + 1]) if not still else np.array([self.pose, self.pose])
@@ -257,8 +269,6 @@ class RigidCollider:
         constants = shape.constants(reference)
         rows[:, SHAPE : SHAPE + len(constants)] = constants
         rows[:, SHAPE + CONSTANTS :] = COMMON
-        if still and not self.grows:
-            self._still = (key, rows)
         return rows
 
     def take(self, row: Array, origin: Array, sums: Array) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 from ..grid import GHOST_DISTANCE_SQUARED
 from ..kernels.jit import inlined, kernel
 
-# Factor on the longest edge: velocities change within a batch.
-_MARGIN = 1.01
+# Factor on the longest edge: velocities change in a batch, and a small motion is not followed.
+_MARGIN = 1.03
 # Times, s, in which a bound decreases to the size of the triangles, and in which it may double.
 _MEMORY, _RISE = 1.0, 0.25
 
@@ -54,7 +54,7 @@ def _stretched(longest, position, velocity, i, j, seconds, ghost):  # type: igno
 
 @kernel
 def measure_triangles(  # type: ignore[no-untyped-def]
-    position, velocity, begin, end, stride, seconds, least, most, cells, rho
+    position, velocity, begin, end, stride, elapsed, seconds, least, most, cells, rho
 ):
     """
     Bound for each particle the circumradius of its triangles, m.
@@ -66,8 +66,8 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     ----------
     position, velocity, begin, end, stride
         Of the sheet, as in `Grid` and `State`.
-    seconds
-        Length of the batch, s.
+    elapsed, seconds
+        Time since the last call, and length of the batch, s.
     least, most
         Of the bound, m.
     cells
@@ -79,9 +79,9 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     """
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
-    half, kept = number(0.5 * _MARGIN), number(max(1.0 - seconds / _MEMORY, 0.0))
+    half, kept = number(0.5 * _MARGIN), number(max(1.0 - elapsed / _MEMORY, 0.0))
     floor, ceiling = number(least), number(most)
-    rise = number(least * seconds / _RISE)
+    rise = number(least * elapsed / _RISE)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
     for i in range(first - row - one, last):

@@ -15,11 +15,12 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     """
     Return the distance from the offset mesh and the normal.
 
-    `fields` has the distances and the shares of ρ of the nodes, flat; the constants are the
+    `fields` has the distances and the shares of ρ of the nodes, flat, and where those of this mesh
+    begin; the constants are the
     reference point from the first node, the reciprocal of the cell, the cell, and the number of
     cells along each axis.
     """
-    values, shares = fields
+    values, shares, start = fields
     zero, one = constants[ZERO], constants[ONE]
     x, y, z = to_local(rotation, x, y, z)
     # In cells from the first node; a point outside of the grid is moved to its boundary.
@@ -38,7 +39,7 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     i, j, k = np.int32(fa), np.int32(fb), np.int32(fc)
     ly, lz = np.int32(constants[6] + one), np.int32(constants[7] + one)
     p, q, r = a - fa, b - fb, c - fc
-    n = np.uint64((i * ly + j) * lz + k)
+    n = start + np.uint64((i * ly + j) * lz + k)
     sy, sx = np.uint64(lz), np.uint64(lz * ly)
     t = np.uint64(1)
     f000, f001 = values[n], values[n + t]
