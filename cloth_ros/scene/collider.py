@@ -182,7 +182,7 @@ class Colliders(ParameterGroup):
 
     prefix: ClassVar[str] = 'collider.'
     member: ClassVar[type[ParameterGroup]] = ColliderParameters
-    names: tuple[str, ...] = parameter((), 'colliders of the scene, whose parameters follow')
+    names: tuple[str, ...] = parameter((), 'names of colliders, besides the sphere')
     members: tuple[ColliderParameters, ...] = ()
 
     @staticmethod
