@@ -155,22 +155,10 @@ class LiveCloth:
         self, name: str, position: Sequence[float], orientation: Sequence[float] | None = None
     ) -> None:
         """
-        Move a collider to a pose, which it reaches by the end of the next tick.
+        Move a collider to a pose, m and quaternion x y z w, by the end of the next tick.
 
-        Parameters
-        ----------
-        name
-            Of the collider.
-        position
-            m.
-        orientation
-            Quaternion x y z w of any length but zero; None: the present one.
-
-        Raises
-        ------
-        ValueError
-            The pose is not finite or too far away, or there is no such collider.
-
+        Without an orientation it keeps its own.  Raises ValueError for a pose that is not finite,
+        a quaternion of zero length, a position too far away, or a collider that there is not.
         """
         self._change_scene()
         cloth = self._published.cloth

@@ -35,7 +35,8 @@ def _kept(scene: Scene, precision: str) -> int:
     dissipative = scene.has_air or scene.springs.damping > 0
     # Of `State`, of the snapshot at the start of a batch, of `KickDrift`.
     components = 15 + 6 + 3 * dissipative
-    contact = 12 * (scene.sphere.radius > 0)  # three lists of indices
+    # Three lists of indices, the velocities before a kick, and the size of the triangles.
+    contact = (12 + 5 * 8) * bool(scene.all_colliders())
     return components * (8 if precision == 'double' else 4) + contact
 
 

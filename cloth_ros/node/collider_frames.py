@@ -18,7 +18,7 @@ from ..scene.parameter import one_line
 from .rejected_inputs import THROTTLE
 from .transforms import Pose, Transforms, transformed_pose
 
-_COMMAND_LENGTH = 200  # characters of a reason in the diagnostics
+_LONGEST = 200  # characters of a reason in the diagnostics
 
 
 class _Followed:
@@ -161,7 +161,7 @@ class ColliderFrames:
     def values(self) -> dict[str, object]:
         """Return what each collider follows, for the diagnostics."""
         return {
-            f'collider {name} follows': each.problem[:_COMMAND_LENGTH] or each.parameters.frame_id
+            f'collider {name} follows': each.problem[:_LONGEST] or each.parameters.frame_id
             for name, each in self._followed.items()
         }
 

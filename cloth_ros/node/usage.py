@@ -17,6 +17,7 @@ those in the folder config/ of this package.  Ctrl-C ends the node.
 topics and services:
   wind          in   geometry_msgs/Vector3Stamped       velocity of the air, m/s
   sphere_pose   in   geometry_msgs/PoseStamped          where the sphere moves to, m
+  NAME/pose     in   geometry_msgs/PoseStamped          where the collider NAME moves to, m
   ~/particles   out  sensor_msgs/PointCloud2            position and velocity of each particle
   ~/markers     out  visualization_msgs/MarkerArray     what RViz shows
   /diagnostics  out  diagnostic_msgs/DiagnosticArray    real-time factor, load, rejected inputs …
@@ -33,7 +34,7 @@ documentation: README.md and docs/ in the repository of cloth_ros
 MAIN_PARAMETERS = (
     *('rate', 'sheet.rows', 'sheet.columns', 'sheet.size', 'sheet.mass', 'sheet.position', 'pins'),
     *('springs.structural', 'springs.shear', 'springs.bending', 'drag', 'gravity'),
-    *('wind.velocity', 'sphere.radius', 'sphere.position'),
+    *('wind.velocity', 'sphere.radius', 'sphere.position', 'collider.names'),
     *('solver.tolerance', 'solver.threads', 'solver.overload'),
 )
 

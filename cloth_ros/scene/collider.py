@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -182,7 +182,7 @@ class Colliders(ParameterGroup):
 
     prefix: ClassVar[str] = 'collider.'
     member: ClassVar[type[ParameterGroup]] = ColliderParameters
-    names: tuple[str, ...] = parameter((), 'colliders of the scene, whose parameters follow')
+    names: tuple[str, ...] = parameter((), 'names of colliders, besides the sphere')
     members: tuple[ColliderParameters, ...] = ()
 
     @staticmethod
@@ -272,7 +272,7 @@ class Colliders(ParameterGroup):
         named = set(self.names)
         return self._keeping(lambda each: each.name in named | kept)
 
-    def _keeping(self, keep: Any) -> Colliders:
+    def _keeping(self, keep: Callable[[ColliderParameters], bool]) -> Colliders:
         members = tuple(each for each in self.members if keep(each))
         if len(members) == len(self.members):
             return self

@@ -36,6 +36,7 @@ from ros import (
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
+from visualization_msgs.msg import MarkerArray
 
 from cloth_ros.scene.parameter import PARAMETERS
 
@@ -203,6 +204,26 @@ class SteppedCloth:
     def reset(self) -> None:
         """Return to the initial state."""
         assert self.probe.call(Trigger, '/cloth/reset', Trigger.Request()).success
+
+    def remove_colliders(self, *names: str) -> None:
+        """
+        Remove all colliders but the sphere; wait until topics and markers of these names are gone.
+
+        Else a later publisher may take the subscription that was destroyed for the new one.
+        """
+        markers: list[MarkerArray] = []
+        subscription = self.probe.create_subscription(
+            MarkerArray, '/cloth/markers', markers.append, 10
+        )
+        self.tick_until(lambda _: markers)
+        assert self.set(collider__names=['']) == ['']
+        for name in names:
+            self.probe.spin_until(lambda: not self.probe.count_subscribers(f'/{name}/pose'))  # noqa: B023
+        markers.clear()
+        self.tick_until(
+            lambda _: markers and not {each.ns for each in markers[-1].markers} & set(names)
+        )
+        self.probe.destroy_subscription(subscription)
 
     def restore(self) -> None:
         """Return to the initial state with the initial parameters."""

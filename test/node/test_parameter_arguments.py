@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from reliability.collider_values import collider_values
 from reliability.invalid_values import NAMES, near
 from reliability.scene_files import HEAD, bad_files, damaged_files
 from remedies import follow
@@ -25,6 +26,7 @@ from cloth_ros.node.parameter_arguments import ParameterArguments
 from cloth_ros.node.parameters import coerce_types, declare_scene
 from cloth_ros.node.qos import check_policy
 from cloth_ros.scene.parameter import DEFAULTS
+from cloth_ros.scene.yaml_text import write
 
 CONTEXT = Context()
 
@@ -101,6 +103,20 @@ def test_a_scene_reached_by_live_changes_is_saved_and_started_again(drawn, path)
     path.write_text(dumped(values))
     assert Scene.from_yaml(path) == scene
     assert start('--params-file', str(path)) == scene
+
+
+@examples(0.3)
+@given(values=collider_values())
+def test_colliders_are_saved_and_started_again(values, path):
+    scene = Scene.from_parameters(values)
+    flat = {name: list(v) if isinstance(v, tuple) else v for name, v in scene.flat().items()}
+    path.write_text(dumped(flat))
+    with started('--params-file', str(path)) as (node, _):
+        assert declare_scene(node)[0] == scene
+        names = {name for name in flat if name.startswith('collider.')}
+        assert names == {name for name in node.get_parameters_by_prefix('') if 'collider' in name}
+    rules = [word for name, value in values.items() for word in ('-p', f'{name}:={write(value)}')]
+    assert start(*rules) == scene
 
 
 def outcome(make, *arguments: object) -> Scene | str:

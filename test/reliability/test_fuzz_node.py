@@ -78,6 +78,11 @@ def is_valid(message: Vector3Stamped | PoseStamped) -> bool:
     if message.header.frame_id not in ('', 'world'):
         return False
     wind = isinstance(message, Vector3Stamped)
+    if not wind:
+        turn = message.pose.orientation
+        largest = np.abs([turn.x, turn.y, turn.z, turn.w]).max()
+        if not np.finfo(float).tiny <= largest < np.inf:  # NaN neither
+            return False
     place = message.vector if wind else message.pose.position
     vector = np.array([place.x, place.y, place.z])
     if not np.all(np.abs(vector) <= (1e4 if wind else 1e6)):  # NaN neither
@@ -189,6 +194,8 @@ TEXTS = [
     *('a,b', '9' * 200 + ',0', '9' * 5000, '\n', 'x' * 100_000, '-1,-1', '1:1,0', 'é', '0,0,0'),
 ]
 OTHERS = ['', '.', 'sheet', 'rates', 'a b', 'é', 'x' * 10_000, 'use_sim_time', 'sheet.rows.x']
+OTHERS += ['collider', 'collider.a', 'collider.2nd.type', 'collider.a.type', 'collider.a.radius']
+OTHERS += ['collider.a.size', 'collider.a.frame_id', 'collider.a.x', 'collider.names.type']
 ELEMENTS = {
     'bool': [False, True],
     'integer': [0, 1, -1, 2, 3, 7, 65, 1024, 2**31, 2**53 + 1, 2**63 - 1, -(2**63)],

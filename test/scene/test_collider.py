@@ -1,12 +1,11 @@
 """Colliders as parameters of a scene."""
 
-import re
-
 import pytest
 from builders import SCENE_FILES, examples, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.validate_full_topic_name import validate_full_topic_name
+from reliability.collider_values import SHAPE, collider_values
 from remedies import as_in_a_file, as_set, follow
 from ros import dumped
 
@@ -15,9 +14,7 @@ from cloth_ros.scene.collider import MAX_COLLIDERS, RESERVED_NAMES, SHAPE_PARAME
 from cloth_ros.scene.parameter import MEMBERS, declaration, is_group, unknown_parameter_error
 from cloth_ros.scene.plausibility import implausible_values
 
-# A value of each parameter of a shape.
 SHAPE_NAMES = ['type', 'size', 'radius', 'length', 'mesh']
-SHAPE = {'size': (1.0, 2.0, 0.1), 'radius': 0.2, 'length': 0.5, 'mesh': 'parts/hand.stl'}
 TABLE = {'collider.names': ['table'], 'collider.table.type': 'box'}
 BOX = {**TABLE, 'collider.table.size': [1.0, 2.0, 0.1]}
 
@@ -158,49 +155,8 @@ def test_parameters_without_effect_and_lengths_in_another_unit_are_pointed_out()
     assert implausible_values(Scene.from_parameters(BOX)) == {}
 
 
-NAMES = st.from_regex(re.compile(r'[A-Za-z_][A-Za-z0-9_]{0,63}', re.ASCII), fullmatch=True).filter(
-    lambda name: name not in RESERVED_NAMES
-)
-LENGTHS = st.floats(1e-4, 1e3)
-VECTORS = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
-TEXTS = st.sampled_from(['hand', 'null', '1e5', '007', 'yes', '~', '0x1F', '/mesh/a b.stl'])
-
-
-@st.composite
-def members(draw: st.DrawFn, *, complete: bool) -> dict[str, object]:
-    """Draw parameters of a collider: all that its type needs, and perhaps others."""
-    kind = draw(st.sampled_from(sorted(SHAPE_PARAMETERS)))
-    usual = {'type': st.just(kind)}
-    rest = {
-        'size': st.tuples(LENGTHS, LENGTHS, LENGTHS),
-        'radius': LENGTHS,
-        'length': LENGTHS,
-        'mesh': TEXTS,
-        'position': VECTORS,
-        'orientation': st.tuples(*[st.floats(-2, 2)] * 3, st.floats(0.1, 2)),
-        'friction': st.floats(0, 10),
-        'frame_id': TEXTS,
-    }
-    needed = {name: rest.pop(name) for name in SHAPE_PARAMETERS[kind]} | usual
-    if not complete:
-        needed, rest = {}, {**needed, **rest}
-    return draw(st.fixed_dictionaries(needed, optional=rest))
-
-
-@st.composite
-def scenes(draw: st.DrawFn) -> dict[str, object]:
-    """Draw the colliders of a scene, and parameters of others, by dotted names."""
-    names = draw(st.lists(NAMES, max_size=4, unique=True))
-    listed = names[: draw(st.integers(0, len(names)))]
-    values: dict[str, object] = {'collider.names': listed or draw(st.sampled_from([[], ['']]))}
-    for name in names:
-        drawn = draw(members(complete=name in listed))
-        values |= {f'collider.{name}.{field}': value for field, value in drawn.items()}
-    return values
-
-
 @examples(1)
-@given(values=scenes())
+@given(values=collider_values())
 def test_colliders_are_saved_and_read_again(values, tmp_path_factory):
     scene = Scene.from_parameters(values)
     flat = scene.flat()
