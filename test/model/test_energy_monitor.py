@@ -99,9 +99,9 @@ def test_a_cloth_is_damped_or_held_for_a_batch_where_nothing_else_helps(fails, m
     if fails == 'integrator':
         monkeypatch.setattr(cloth._simulation, '_integrator', FailingIntegrator)
     if fails == 'contact':
-        (sphere,) = cloth._simulation.interactions
-        monkeypatch.setattr(sphere, 'act', lambda state, time, h: state.velocity.fill(np.inf))
-        monkeypatch.setattr(sphere, 'may_act', lambda state, seconds: True)
+        contact = cloth._simulation.contact
+        monkeypatch.setattr(contact, 'act', lambda _, state, *rest: state.velocity.fill(np.inf))
+        monkeypatch.setattr(contact, 'may_act', lambda state, seconds: True)
     cloth.advance(1 / 60)
     assert cloth.time == pytest.approx(start.time + 1 / 60)
     held = fails != 'integrator'

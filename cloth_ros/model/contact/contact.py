@@ -42,8 +42,9 @@ _SMALL = 1.5
 _TRAVEL = 0.5
 # Batches that are made substep by substep after one that had to be repeated.
 _PATIENCE = 4
-# Depth, as a multiple of the tolerance, from which on a collider counts as placed inside the
-# sheet, and a triangle as too deep.
+# Share of its inner radius by which a collider that is placed inside the sheet shrinks at most.
+_SHRUNK = 0.999
+# Depth, as a multiple of the tolerance, from which on a collider counts as placed there.
 _INSIDE = 5.0
 
 
@@ -349,7 +350,7 @@ class Contact:
         collider.inset = collider.max_penetration = 0.0
         depth = self.depth(collider, state)
         if depth > _INSIDE * collider.tolerance:
-            collider.inset = min(depth, collider.shape.inner_radius)
+            collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
 
     def depth(self, collider: RigidCollider, state: State) -> float:
         """Return the greatest depth of the sheet in a collider, m, or 0."""

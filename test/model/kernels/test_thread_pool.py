@@ -44,7 +44,7 @@ def test_pools_of_all_sizes_share_their_threads():
 
 
 def test_workers_hold_no_reference_to_a_deleted_cloth():
-    array = weakref.ref(advanced(2)._simulation._kick_drift._work)
+    array = weakref.ref(advanced(2)._simulation._kick_drift.work)
     end = monotonic() + 60.0
     while array() is not None and monotonic() < end:
         gc.collect()
