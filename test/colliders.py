@@ -192,26 +192,46 @@ def to_local(cloth: Cloth, points: np.ndarray, name: str = NAME) -> np.ndarray:
     return (points - np.array(collider.position)) @ matrix(collider.orientation)
 
 
-def depth(cloth: Cloth, solid: Solid, name: str = NAME, levels: int = 6) -> float:
+def deepest(
+    parts: np.ndarray, distance: Distance, tolerance: float, *, levels: int
+) -> float:
     """
-    Return the greatest depth, m, of the triangles of a sheet, whichever diagonal divides its quads.
+    Return the greatest depth of triangles, m, shape (n, 3, 3), negative if all are outside.
 
-    Triangles are divided by 4 as long as a part of them may be deeper than what was found so far
-    and than the tolerance, but at most `levels` times: a distance changes by no more than a point
-    moves.  In a plane, a corner is the deepest.
+    A triangle is divided by 4 as long as a part of it may be deeper than what was found so far and
+    than the tolerance, m, but at most `levels` times: the distance changes by no more than a point
+    moves.
     """
-    parts = to_local(cloth, triangles(cloth.positions, both_diagonals=True), name)
-    deepest = -float(solid.distance(parts.reshape(-1, 3)).min())
-    for _ in range(levels if math.isfinite(solid.inner_radius) else 0):
+    found = -float(distance(parts.reshape(-1, 3)).min())
+    for _ in range(levels):
         centres = parts.mean(axis=1)
         reach = np.linalg.norm(parts - centres[:, None], axis=2).max(axis=1)
-        found = -solid.distance(centres)
-        deepest = max(deepest, float(found.max()))
-        parts = parts[found + reach > max(deepest, solid.tolerance)]
+        depths = -distance(centres)
+        found = max(found, float(depths.max()))
+        parts = parts[depths + reach > found + tolerance]
         if not len(parts):
             break
         a, b, c = parts[:, 0], parts[:, 1], parts[:, 2]
         p, q, r = (a + b) / 2, (b + c) / 2, (c + a) / 2
         divided = [(a, p, r), (p, b, q), (r, q, c), (p, q, r)]
         parts = np.concatenate([np.stack(each, axis=1) for each in divided])
-    return deepest
+    return found
+
+
+def depth(cloth: Cloth, solid: Solid, name: str = NAME) -> float:
+    """
+    Return the depth of the triangles of a sheet, m, whichever diagonal divides its quads.
+
+    Less than the tolerance of the collider is not exact; it is negative where nothing touches.
+    """
+    parts = to_local(cloth, triangles(cloth.positions, both_diagonals=True), name)
+    if solid.parameters['type'] == 'plane':  # a corner is the deepest
+        return -float(solid.distance(parts.reshape(-1, 3)).min())
+    return deepest(parts, solid.distance, 0.1 * solid.tolerance, levels=6)
+
+
+def product(p: Sequence[float], q: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return the quaternion x y z w of the turn q followed by the turn p."""
+    first, second = np.array(q[:3]), np.array(p[:3])
+    x, y, z = p[3] * first + q[3] * second + np.cross(second, first)
+    return (float(x), float(y), float(z), float(p[3] * q[3] - first @ second))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from builders import NEGLIGIBLE_AIR, cloth_of, examples, precisions, seeds
-from colliders import CLOSED, NAME, SHAPES, Solid, depth, matrix, solid, turn
+from colliders import CLOSED, NAME, SHAPES, Solid, depth, matrix, product, solid, turn
 from geometry import ray_crossings, triangles
 from hypothesis import given
 from hypothesis import strategies as st
@@ -79,18 +79,6 @@ def test_a_collider_that_moves_and_turns_stays_outside(
         cloth.advance(1 / 60)
         assert depth(cloth, body) < body.tolerance
     assert np.allclose(matrix(cloth.colliders[NAME].orientation), matrix(step) @ rotation)
-
-
-def product(p, q):
-    """Return the quaternion of the turn q followed by the turn p."""
-    a, b, c, d = p
-    x, y, z, w = q
-    return (
-        d * x + a * w + b * z - c * y,
-        d * y - a * z + b * w + c * x,
-        d * z + a * y - b * x + c * w,
-        d * w - a * x - b * y - c * z,
-    )
 
 
 # Tunnelling

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from builders import NEGLIGIBLE_AIR, cloth_of
-from colliders import NAME, matrix, solid, turn
+from colliders import NAME, matrix, product, solid, turn
 
 GRAVITY = 9.81  # m/s²
 
@@ -69,10 +69,7 @@ def test_a_cloth_on_a_roll_turns_with_it(tmp_path, shape):
     before, touching = cloth.positions, _near_top(cloth)
     for n in range(120):
         angle = 0.4 * (n + 1) / 120
-        a, b, c, d = lying
-        x, y, z, w = turn((0, 1, 0), angle)  # about the axis of the roll, after it was laid down
-        turned = (w * a + z * b - y * c + x * d, y * d + w * b - z * a + x * c,
-                  z * d + w * c + y * a - x * b, w * d - x * a - y * b - z * c)  # fmt: skip
+        turned = product(turn((0, 1, 0), angle), lying)
         cloth.move_collider(NAME, (0, 0, 0), turned)
         cloth.advance(1 / 60)
     found = _angles(cloth.positions)[touching] - _angles(before)[touching]
