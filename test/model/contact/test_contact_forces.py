@@ -52,10 +52,10 @@ def test_momentum_changes_by_gravity_and_contact_alone(folder, seed, shape, size
     """Of a free sheet that a sphere and another collider, which turns, push about."""
     generator, body = np.random.default_rng(seed), solid(shape, size, folder)
     sheet = {'rows': 9, 'columns': 11, 'size': (0.5, 0.4), 'position': (0, 0, 0.5)}
-    scene = body.scene((0.05, 0.03, 0.47 - math.sqrt(6) * size), friction=friction)
+    scene = body.scene((0.12, 0.03, 0.47 - math.sqrt(6) * size), friction=friction)
     cloth = cloth_of(
         sheet=sheet, pins=[''], drag=0.0, **NEGLIGIBLE_AIR, **scene, solver__precision='double',
-        sphere={'radius': 0.04, 'position': (0.02, -0.05, 0.56), 'friction': friction},
+        sphere={'radius': 0.04, 'position': (-0.17, -0.1, 0.56), 'friction': friction},
     )  # fmt: skip
     axis, touched = generator.normal(size=3), 0.0
     for n in range(20):
@@ -97,22 +97,20 @@ def thrown(folder, seed: int, shape: str, size: float) -> Cloth:
 @examples(0.015)
 @given(seed=seeds, size=st.sampled_from([0.01, 0.05, 0.12]))
 def test_contact_adds_no_energy(folder, shape, seed, size):
-    """Not more than what the energy oscillates by without contact."""
-    cloth = thrown(folder, seed, shape, size)
-    start, greatest, least, touched = cloth.energy(), 0.0, math.inf, 0.0
-    for _ in range(15):
-        cloth.advance(1 / 60)
-        greatest, least = max(greatest, cloth.energy()), min(least, cloth.energy())
-        touched = max(touched, np.abs(cloth.contact_wrench(NAME)[0]).max())
-    assert touched > 0
-    assert least < 0.999 * start
+    """Not more than what the energy of the same sheet oscillates by without contact."""
+    cloth, free = thrown(folder, seed, shape, size), thrown(folder, seed, shape, size)
     away = {'plane': (0, 0, -9.0)}.get(shape, (9.0, 9.0, 9.0))
-    cloth.configure(cloth.scene.with_parameters({f'collider.{NAME}.position': away}))
-    free = []
+    free.configure(free.scene.with_parameters({f'collider.{NAME}.position': away}))
+    found, without, touched = [], [], 0.0
     for _ in range(30):
         cloth.advance(1 / 120)
-        free.append(cloth.energy())
-    assert greatest < start + max(free) - min(free)
+        free.advance(1 / 120)
+        found.append(cloth.energy())
+        without.append(free.energy())
+        touched = max(touched, np.abs(cloth.contact_wrench(NAME)[0]).max())
+    assert touched > 0
+    assert max(found) < max(without) + 2 * (max(without) - min(without))
+    assert min(found) < min(without)
 
 
 @pytest.mark.parametrize('precision', ['single', 'double'])

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros.model.contact import deepest_point as subroutines
+from cloth_ros.model.contact.mesh_fields import MeshFields
 from cloth_ros.model.contact.rigid_collider import RigidCollider
 from cloth_ros.model.kernels.jit import exact
 from cloth_ros.scene.collider import ColliderParameters
@@ -37,7 +38,7 @@ def test_the_deepest_point_of_a_triangle(folder, shape, seed, size, far):
     )
     row = collider.rows(np.zeros(3), np.zeros(2), triangles=True)[0]
     points = generator.normal(0, size / 2, (3, 3)) + far * generator.normal(size=3)
-    fields = (np.zeros(1), np.zeros(1))
+    fields = MeshFields([collider], np.float64).of(collider)
     found, *weights = deepest_point(
         points, (collider.triangle_kind, row, fields), 1.0, 1e-6
     )[:4]
