@@ -9,7 +9,6 @@ from pathlib import Path
 
 import meshes
 import numpy as np
-from builders import cloth_of
 from geometry import triangles
 
 from cloth_ros import Cloth
@@ -137,8 +136,8 @@ def mesh_distance(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """
     Return signed distances, shape (n,), of points from a closed mesh, by all its triangles.
 
-    The sign is that of the winding number, from the solid angles of the triangles (A. van Oosterom,
-    J. Strackee, "The Solid Angle of a Plane Triangle", 1983).
+    The sign is that of the winding number, from the solid angles of the triangles
+    (A. van Oosterom, J. Strackee, "The Solid Angle of a Plane Triangle", 1983).
     """
     found = []
     for some in np.array_split(points, max(len(points) * len(corners) // 200_000, 1)):
@@ -192,9 +191,7 @@ def to_local(cloth: Cloth, points: np.ndarray, name: str = NAME) -> np.ndarray:
     return (points - np.array(collider.position)) @ matrix(collider.orientation)
 
 
-def deepest(
-    parts: np.ndarray, distance: Distance, tolerance: float, *, levels: int
-) -> float:
+def deepest(parts: np.ndarray, distance: Distance, tolerance: float, *, levels: int) -> float:
     """
     Return the greatest depth of triangles, m, shape (n, 3, 3), negative if all are outside.
 

@@ -106,7 +106,9 @@ def thrust(body: Solid, speed: float) -> Iterator[Cloth]:
     for offset in ((0.0, 0.0), (0.4, 0.3)):
         x, y = (each * spacing for each in offset)
         turned = random_turn(generator)
-        cloth = cloth_of(sheet=sheet, pins=RIM, **NEGLIGIBLE_AIR, **body.scene((x, y, 0.6), turned))
+        cloth = cloth_of(
+            sheet=sheet, pins=RIM, **NEGLIGIBLE_AIR, **body.scene((x, y, 0.6), turned)
+        )
         ticks = max(round(0.2 / speed * 60), 1)
         for n in range(ticks):
             cloth.move_collider(NAME, (x, y, 0.6 - 0.2 * (n + 1) / ticks), turned)

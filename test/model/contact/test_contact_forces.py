@@ -59,10 +59,10 @@ def test_momentum_changes_by_gravity_and_contact_alone(folder, seed, shape, size
     )  # fmt: skip
     axis, touched = generator.normal(size=3), 0.0
     for n in range(20):
-        ball = np.array(cloth.colliders['sphere'].position) - (0, 0, speed / 60)
-        cloth.move_sphere(tuple(ball))
-        place = np.array(cloth.colliders[NAME].position) + (0, 0, speed / 60)
-        cloth.move_collider(NAME, tuple(place), turn(axis, 0.1 * (n + 1)))
+        x, y, z = cloth.colliders['sphere'].position
+        cloth.move_sphere((x, y, z - speed / 60))
+        x, y, z = cloth.colliders[NAME].position
+        cloth.move_collider(NAME, (x, y, z + speed / 60), turn(axis, 0.1 * (n + 1)))
         before = momentum(cloth)
         cloth.advance(1 / 60)
         forces = [cloth.contact_wrench(name)[0] for name in ('sphere', NAME)]
@@ -132,7 +132,8 @@ def test_a_draped_sheet_comes_to_rest(folder, shape, precision):
     body = solid(shape, 0.15, folder)
     cloth = cloth_of(
         sheet={'rows': 64, 'columns': 64, 'size': (0.8, 0.8), 'position': (0, 0, 0.5)},
-        pins=[''], solver__precision=precision, **body.scene((0, 0, 0.48 - body.top), friction=1.0),
+        pins=[''], solver__precision=precision,
+        **body.scene((0, 0, 0.48 - body.top), friction=1.0),
     )  # fmt: skip
     cloth.advance(10.0)
     local = (cloth.positions - cloth.colliders[NAME].position).reshape(-1, 3)

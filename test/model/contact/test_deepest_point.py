@@ -39,9 +39,7 @@ def test_the_deepest_point_of_a_triangle(folder, shape, seed, size, far):
     row = collider.rows(np.zeros(3), np.zeros(2), triangles=True)[0]
     points = generator.normal(0, size / 2, (3, 3)) + far * generator.normal(size=3)
     fields = MeshFields([collider], np.float64).of(collider)
-    found, *weights = deepest_point(
-        points, (collider.triangle_kind, row, fields), 1.0, 1e-6
-    )[:4]
+    found, *weights = deepest_point(points, (collider.triangle_kind, row, fields), 1.0, 1e-6)[:4]
     right = -deepest(points[None], body.distance, 1e-6, levels=14)
     assert found == pytest.approx(body.distance(np.array(weights)[None] @ points)[0], abs=2e-6)
     assert found < right + 1e-5
