@@ -11,7 +11,6 @@ from geometry import triangle_distances, triangles
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from cloth_ros import Cloth
 from cloth_ros.model.contact import broad_phase
 from cloth_ros.model.contact.broad_phase import BroadPhase
 
@@ -42,10 +41,6 @@ def compared_with_full_search() -> Iterator[Counter[str]]:
         yield counts
 
 
-def phase_of(cloth: Cloth) -> BroadPhase:
-    return cloth.colliders['sphere']._broad_phase
-
-
 @examples(0.15)
 @given(
     seed=seeds,
@@ -70,30 +65,17 @@ def test_candidates_are_those_of_a_full_search(seed, sides, radius, speed, preci
             way *= min(speed / 60 / np.linalg.norm(way), 1.0)
             cloth.move_sphere(cloth.sphere_position + way)
             cloth.advance(1 / 60)
-            corners, clearance = triangles(cloth.positions), phase_of(cloth).clearance
+            corners, clearance = triangles(cloth.positions), cloth.colliders['sphere'].clearance
             if clearance > 0 and len(corners):
                 distance = triangle_distances(corners, cloth.sphere_position).min()
                 assert distance - cloth.sphere_radius >= clearance - ROUNDING
 
 
 def test_the_whole_sheet_is_seldom_searched_while_the_sphere_touches_it():
-    cloth = cloth_of(sphere__radius=0.2, sphere__position=[0.0, 0.0, 0.7], pins=[''])
+    cloth = cloth_of(sphere__radius=0.02, sphere__position=[0.0, 0.0, 0.97], pins=[''])
     with compared_with_full_search() as counts:
         for _ in range(40):
             cloth.advance(1 / 60)
             cloth.move_sphere(np.add(cloth.sphere_position, (0.01, 0.0, 0.005)))
     assert counts['found'] > 500
     assert counts['searched'] < 0.15 * counts['found']
-
-
-def test_there_are_fewer_candidates_when_the_sphere_has_become_slow():
-    """It passes below a sheet at rest without touching it."""
-    still = {'gravity': [0.0, 0.0, 0.0], 'wind__air_density': 0.0}
-    cloth = cloth_of(**still, sphere__radius=0.05, sphere__position=[-0.3, 0.0, 0.94])
-    cloth.move_sphere((0.0, 0.0, 0.94))
-    cloth.advance(0.03)
-    many = phase_of(cloth)._count
-    assert many > 20
-    cloth.advance(0.01)
-    assert phase_of(cloth)._count < 0.5 * many
-    assert phase_of(cloth).clearance == pytest.approx(0.01, abs=1e-4)

@@ -54,30 +54,6 @@ def test_a_sphere_smaller_than_the_spacing_does_not_pass(speed, offset):
         cloth.move_sphere((0, 0, -1e5))
 
 
-@pytest.mark.parametrize('tilt', [0.2, 0.5])
-def test_friction_is_that_of_coulomb(tilt):
-    """A block on an incline: it sticks for μ > tan(tilt), else slides at g (sin − μ cos)."""
-
-    def on_incline(friction: float) -> Cloth:
-        """Return a small sheet on a sphere so large that it is a plane."""
-        return cloth_of(
-            sheet={'rows': 5, 'columns': 5, 'size': (0.1, 0.1), 'position': (0, 0, 1e-5)},
-            **{**SPRINGS_ONLY, 'gravity': (9.81 * math.sin(tilt), 0, -9.81 * math.cos(tilt))},
-            sphere={'radius': 500.0, 'position': (0, 0, -500), 'friction': friction},
-            solver__precision='double',
-        )
-
-    stuck, sliding = on_incline(1.2 * math.tan(tilt)), on_incline(0.5 * math.tan(tilt))
-    start = stuck.positions
-    stuck.advance(0.5)
-    assert np.abs(stuck.positions - start).max() < 2e-3
-    sliding.advance(0.1)
-    before = sliding.velocities[..., 0].mean()
-    sliding.advance(0.2)
-    found = (sliding.velocities[..., 0].mean() - before) / 0.2
-    assert found == pytest.approx(9.81 * 0.5 * math.sin(tilt), rel=0.01)
-
-
 def test_a_sphere_does_no_work_on_a_sheet_at_rest():
     sheet = {'sheet__rows': 9, 'sheet__columns': 9, 'pins': [''], 'drag': 20.0}
     cloth = sphere_cloth(0.5, 0.0, 0.0, 0.49, **sheet, sphere__friction=1.0)
@@ -134,10 +110,10 @@ def test_a_sphere_placed_in_the_sheet_grows_and_throws_nothing(precision, roll_b
     assert 0 < start < 0.031
     cloth.advance(0.01)
     assert cloth.rollbacks.refined == roll_back
-    assert cloth.sphere_radius == pytest.approx(start + 0.01, abs=2e-4)
+    assert cloth.sphere_radius == pytest.approx(start + 0.005, abs=2e-4)
     cloth.configure(cloth.scene.with_parameters({'springs.bending': 51.0}))
-    assert cloth.sphere_radius == pytest.approx(start + 0.01, abs=2e-4)
-    for _ in range(40):
+    assert cloth.sphere_radius == pytest.approx(start + 0.005, abs=2e-4)
+    for _ in range(80):
         cloth.advance(0.01)
         assert np.linalg.norm(cloth.velocities, axis=-1).max() < 10  # m/s
         assert penetration(cloth) < TOLERANCE
@@ -152,10 +128,10 @@ def test_a_sphere_placed_in_the_sheet_grows_and_throws_nothing(precision, roll_b
 def test_a_distant_sphere_acts_only_while_it_grows():
     cloth = sphere_cloth(0.1, 0, 0, 2.0)
     cloth.advance(0.01)
-    (sphere,), state = cloth._simulation.interactions, cloth._simulation.state
-    assert not sphere.may_act(state, 1e-3)
-    sphere.radius = 0.05
-    assert sphere.may_act(state, 1e-3)
+    contact, state = cloth._simulation.contact, cloth._simulation.state
+    assert not contact.may_act(state, 1e-3)
+    contact.colliders['sphere'].inset = 0.05
+    assert contact.may_act(state, 1e-3)
 
 
 def test_a_sphere_without_any_room_reports_its_penetration():

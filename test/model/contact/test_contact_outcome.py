@@ -1,0 +1,149 @@
+"""What the outcome of contact does not depend on: mirror images, ticks, threads, snapshots."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from builders import NEGLIGIBLE_AIR, cloth_of
+from colliders import NAME, SHAPES, solid, turn
+
+from cloth_ros import Cloth
+
+AIR = {'wind__air_density': 1.2, 'springs__damping': 0.005}
+
+
+@pytest.fixture(scope='session')
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp('meshes')
+
+
+def dropped(body, position, turned=(0, 0, 0, 1), **parameters) -> Cloth:
+    """Return a sheet above a collider, in double precision."""
+    sheet = {'rows': 13, 'columns': 13, 'size': (0.4, 0.4), 'position': (0, 0, 0.5)}
+    return cloth_of(
+        **{'sheet': sheet, 'pins': [''], 'solver__precision': 'double', **parameters},
+        **body.scene(position, turned, 0.3),
+    )
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_a_scene_that_is_its_mirror_image_stays_so(folder, shape):
+    """About x = 0, in gusts along y; an angle section is symmetric about its diagonal."""
+    body = solid(shape, 0.1, folder)
+    turned = turn((0, 0, 1), math.pi / 4) if shape == 'mesh' else (0, 0, 0, 1)
+    gusts = {'wind__gust__period': 0.2, 'wind__gust__duration': 0.1}
+    cloth = dropped(body, (0, 0.01, 0.48 - body.top), turned, **AIR, **gusts)
+    touched = 0.0
+    for _ in range(24):
+        cloth.advance(1 / 60)
+        mirrored = cloth.positions[:, ::-1] * (-1, 1, 1)
+        assert np.abs(cloth.positions - mirrored).max() < 1e-9
+        touched = max(touched, np.abs(cloth.contact_wrench(NAME)[0]).max())
+    assert touched > 0.1  # N
+
+
+@pytest.mark.parametrize('shape', ['plane', 'sphere', 'box', 'mesh'])
+def test_a_scene_that_is_symmetric_about_the_diagonal_stays_so(folder, shape):
+    body = solid(shape, 0.1, folder)
+    if shape == 'box':
+        body.parameters['size'] = (0.2, 0.2, 0.16)
+    wind = {'wind__velocity': (0.5, 0.5, 0.3)}
+    cloth = dropped(body, (0.01, 0.01, 0.48 - body.top), **AIR, **wind)
+    touched = 0.0
+    for _ in range(24):
+        cloth.advance(1 / 60)
+        mirrored = np.swapaxes(cloth.positions, 0, 1)[..., [1, 0, 2]]
+        assert np.abs(cloth.positions - mirrored).max() < 1e-9
+        touched = max(touched, np.abs(cloth.contact_wrench(NAME)[0]).max())
+    assert touched > 0.1  # N
+
+
+def moving(folder: Path, shape: str, *, seconds: float, rate: int, **parameters: object) -> Cloth:
+    """Return a sheet on a collider that moved and turned at constant rates in ticks of `rate`."""
+    body = solid(shape, 0.1, folder)
+    start = np.array([0.0, 0.01, 0.48 - body.top])
+    cloth = dropped(body, tuple(start), **NEGLIGIBLE_AIR, rate=rate, **parameters)
+    ticks = round(seconds * rate)
+    for n in range(ticks):
+        time = (n + 1) / rate
+        place = start + np.array([0.2, 0.0, 0.1]) * time
+        cloth.move_collider(NAME, tuple(place), turn((0, 0, 1), 2.0 * time))
+        cloth.advance(1 / rate)
+    return cloth
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_the_outcome_does_not_depend_on_the_rate_of_ticks(folder, shape):
+    """To rounding, where the same substeps are made in the same batches."""
+    one, *others = (
+        moving(folder, shape, seconds=0.3, rate=rate, solver__substeps=17 * 120 // rate)
+        for rate in (120, 60, 30)
+    )
+    for other in others:
+        assert np.abs(other.positions - one.positions).max() < 1e-9
+    assert np.abs(one.contact_wrench(NAME)[0]).max() > 0.1  # N
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+def test_other_batches_change_less_than_other_substeps(folder, shape):
+    """The bounds of triangles are those of a batch; the substeps are the same or half as long."""
+
+    def positions(rate: int, substeps: int) -> np.ndarray:
+        return moving(folder, shape, seconds=0.3, rate=rate, solver__substeps=substeps).positions
+
+    one, finer = positions(60, 50), positions(60, 100)
+    for rate in (30, 120):
+        change = positions(rate, 3000 // rate) - one
+        assert np.linalg.norm(change) < 0.5 * np.linalg.norm(finer - one)
+
+
+@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('precision', ['single', 'double'])
+def test_a_snapshot_gives_the_same_bits_again(folder, shape, precision):
+    """Taken while the collider moves, turns and touches the sheet."""
+    body = solid(shape, 0.1, folder)
+    cloth = dropped(
+        body, (0, 0.01, 0.48 - body.top), **NEGLIGIBLE_AIR, solver__precision=precision
+    )
+
+    def run(start: int, end: int) -> list[np.ndarray]:
+        found = []
+        for n in range(start, end):
+            place = (0.005 * n, 0.01, 0.48 - body.top + 0.003 * n)
+            cloth.move_collider(NAME, place, turn((0.2, 0.1, 1), 0.03 * n))
+            cloth.advance(1 / 60)
+            found += [cloth.positions, cloth.velocities, np.array(cloth.contact_wrench(NAME))]
+        return found
+
+    run(0, 12)
+    snapshot = cloth.snapshot()
+    first = run(12, 24)
+    cloth.restore(snapshot)
+    again = run(12, 24)
+    assert np.abs(first[-1]).max() > 0
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+
+
+@pytest.mark.parametrize('threads', [2, 3])
+def test_threads_give_the_same_bits(folder, threads):
+    """Of a large sheet that two colliders push, one of them small beside its cells."""
+    body = solid('box', 0.2, folder)
+
+    def run(threads: int) -> Cloth:
+        cloth = cloth_of(
+            sheet={'rows': 128, 'columns': 128, 'size': (1, 1), 'position': (0, 0, 0.5)},
+            **{'pins': [''], 'solver__threads': threads, **NEGLIGIBLE_AIR},
+            sphere={'radius': 0.004, 'position': (0, 0, 0.51)},
+            **body.scene((0, 0, 0.49 - body.top)),
+        )
+        for n in range(4):
+            cloth.move_sphere((0, 0, 0.51 - 0.01 * n))
+            cloth.move_collider(NAME, (0, 0, 0.49 - body.top + 0.01 * n), turn((0, 0, 1), 0.1 * n))
+            cloth.advance(1 / 60)
+        return cloth
+
+    one, other = run(1), run(threads)
+    assert np.array_equal(one.positions, other.positions)
+    assert one.contact_wrench(NAME) == other.contact_wrench(NAME)
+    assert np.abs(one.contact_wrench('sphere')[0]).max() > 0
