@@ -9,37 +9,18 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
-from . import memory
-from .contact.collider import Collider
 from .contact.kinematic_path import checked_position, extend_path
 from .contact.rigid_collider import RigidCollider, pose_of
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
 from .inputs import Inputs, Pose, Vector, unit_quaternion
+from .scene_check import check_scene
 from .simulation import Simulation, SubstepObserver
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
 from .strain import Strain, strain
-from .time_step import check_time_step, stability_limit
-
-
-def check_scene(scene: object) -> None:
-    """
-    Refuse a scene that cannot be simulated, for its time step or for its memory.
-
-    Raises
-    ------
-    ValueError
-        Names the parameter, its value, the allowed range and a remedy.
-
-    """
-    if not isinstance(scene, Scene):
-        raise invalid_value_error(
-            'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
-        )
-    check_time_step(scene)
-    memory.check(scene, memory.of_cloth(scene))
+from .time_step import stability_limit
 
 
 class Cloth:
@@ -263,7 +244,7 @@ class Cloth:
 
     def _collider(self, name: str) -> RigidCollider:
         """Return a collider; raises ValueError if there is none of this name."""
-        colliders = self._colliders
+        colliders = self.colliders
         if name not in colliders:
             known = ', '.join(colliders) or 'none'
             raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
@@ -324,12 +305,8 @@ class Cloth:
         out += state.origin
 
     @property
-    def colliders(self) -> Mapping[str, Collider]:
+    def colliders(self) -> Mapping[str, RigidCollider]:
         """Colliders of the scene by name, for reading; `move_collider` moves them."""
-        return self._colliders
-
-    @property
-    def _colliders(self) -> Mapping[str, RigidCollider]:
         contact = self._simulation.contact
         return {} if contact is None else contact.colliders
 
@@ -352,19 +329,19 @@ class Cloth:
     @property
     def sphere_position(self) -> Vector:
         """Centre of the sphere now, m; `sphere.position` of the scene if it has none."""
-        sphere = self._colliders.get('sphere')
+        sphere = self.colliders.get('sphere')
         return self.scene.sphere.position if sphere is None else sphere.position
 
     @property
     def sphere_radius(self) -> float:
         """Radius of the sphere now, m: one that was placed inside the sheet grows to its own."""
-        sphere = self._colliders.get('sphere')
+        sphere = self.colliders.get('sphere')
         return 0.0 if sphere is None else self.scene.sphere.radius - sphere.inset
 
     @property
     def sphere_depth(self) -> float:
         """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
-        sphere = self._colliders.get('sphere')
+        sphere = self.colliders.get('sphere')
         return 0.0 if sphere is None else sphere.max_penetration
 
     def contact_possible(self, seconds: float) -> bool:

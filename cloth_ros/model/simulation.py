@@ -3,7 +3,8 @@ Advance a cloth in time: batches of substeps, each accepted or rolled back.
 
 An advance is cut where the air velocity changes, and then into batches of substeps, after each of
 which the energy monitor accepts the state or has the batch repeated.  Step control divides a batch
-further where the cloth is fast.  Contact makes the batches in which a collider may touch the sheet.
+further where the cloth is fast.  Contact makes the batches in which a collider may touch the
+sheet.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import checked_number
-from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .contact.contact import Contact, ContactSnapshot
+from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
 from .grid import Grid
 from .inputs import Inputs, Vector

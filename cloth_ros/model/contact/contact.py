@@ -12,40 +12,34 @@ A batch of substeps takes the cheapest of these ways that is good enough:
    together with the collider (`triangle_contact`).
 
 A collider that is placed inside the sheet, at the start or by a change from outside, would eject
-it at once.  It therefore starts as far inside its surface as there is room, and grows at `GROWTH_SPEED`.
+it at once.  It therefore starts as far inside its surface as there is room, and grows at
+`GROWTH_SPEED`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
-from ..kernels.thread_pool import CHUNK
 from ..state import State, max_speed
-from .broad_phase import BroadPhase
 from .contact_table import ContactTable, no_contacts
-from .particle_contact import BLOCK, ROW, SUMS, TOUCHED, compose_search
-from .proximity import depth_of_particles, has_grown, large_triangles_cut
+from .interfaces import Drift, Kicks, Observer
+from .mesh_fields import MeshFields
+from .particle_batch import ParticleBatch
+from .particle_contact import TOUCHED
 from .rigid_collider import GROWTH_SPEED, ColliderSnapshot, RigidCollider
-from .sheet_bounds import measure_triangles
-from .triangle_contact import deepest_triangle, resolve_triangles
+from .triangle_substep import TriangleSubstep
 
 # A collider is small, if its blunt radius is below so many circumradii of the triangles.
 _SMALL = 1.5
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
 _TRAVEL = 0.5
-# Least bound of the circumradius of triangles, as a multiple of its value in the flat sheet.
-_LEAST = 1.05
-# The same, at most: what is larger still is left to the triangles.
-_MOST = 2.0
-# Tables that are kept; a motion uses a few.
-_MAX_TABLES = 16
 # Batches that are made substep by substep after one that had to be repeated.
 _PATIENCE = 4
 # Depth, as a multiple of the tolerance, from which on a collider counts as placed inside the
@@ -59,49 +53,6 @@ class ContactSnapshot(NamedTuple):
     colliders: Mapping[str, ColliderSnapshot]
     patience: int
     rho: Array
-
-
-class Observer(Protocol):
-    """Receives every step, before and after contact."""
-
-    def after_drift(self, state: State, step: Any, air_velocity: Vector) -> None:
-        """Receive the state after a kick and a drift, before contact."""
-        ...
-
-    def after_contact(self, state: State, step: Any) -> None:
-        """Receive the state after contact."""
-        ...
-
-
-class Kicks(Protocol):
-    """Kicks and drifts of a scene, as far as contact is concerned."""
-
-    def apply(
-        self,
-        state: State,
-        steps: tuple[Any, ...],
-        air_velocity: Vector,
-        contacts: ContactTable | None = None,
-    ) -> None:
-        """Make the kicks and drifts of `steps`, with contact if any."""
-        ...
-
-    def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:
-        """Resolve the contact of a state that has just drifted for `h` s."""
-        ...
-
-    def take_work(self) -> float:
-        """Return the work of the air since the last call, J."""
-        ...
-
-
-class Drift(Protocol):
-    """A step of an integrator, as far as contact is concerned."""
-
-    @property
-    def drift(self) -> float:
-        """Duration of the drift, s."""
-        ...
 
 
 class Contact:
@@ -119,6 +70,8 @@ class Contact:
     ----------
     colliders
         By name.
+    kinds
+        Kinds of their shapes, which the kernels must know.
     touched
         True if one has touched the sheet since the last `take_work`.
 
@@ -126,34 +79,23 @@ class Contact:
 
     def __init__(self, scene: Scene, grid: Grid, dtype: type) -> None:
         sheet = scene.sheet
-        extent = 2 * sheet.diagonal or 1.0
-        self._rho0 = 0.5 * math.hypot(*sheet.spacing)
-        self.colliders = {
-            each.name: RigidCollider(each, self._rho0, extent, dtype)
-            for each in scene.all_colliders()
-        }
+        self._rho = 0.5 * math.hypot(*sheet.spacing)
+        self._extent = 2 * sheet.diagonal or 1.0
+        colliders = [
+            RigidCollider(each, self._rho, self._extent, dtype) for each in scene.all_colliders()
+        ]
+        self.colliders = {each.name: each for each in colliders}
+        self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
-        self._grid, self._dtype = grid, dtype
-        self._cell_mass, self._gravity = sheet.cell_mass, np.array(scene.gravity)
-        self._extent = extent
-        self._cached: dict[tuple[Any, ...], ContactTable] = {}
-        self._cells = grid.field(dtype, components=1)[0]
-        self._rho = grid.field(dtype, components=1)[0]
-        self._chunks = (grid.end - grid.begin + CHUNK - 1) // CHUNK
-        self._blocks = (grid.end - grid.begin + BLOCK - 1) // BLOCK
-        self._search = compose_search(self.kinds)
-        self._broad_phases: dict[str, BroadPhase] = {}
+        fields = MeshFields(colliders, dtype)
+        self._particles = ParticleBatch(grid, dtype, self._rho, colliders, fields)
+        self._triangles = TriangleSubstep(grid, fields, np.array(scene.gravity))
+        self._grid, self._cell_mass = grid, sheet.cell_mass
+        self._idle = no_contacts(dtype)
         self._near: list[RigidCollider] = []
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
-        self._fields, self._starts = _fields_of(self.colliders.values(), dtype)
-        self._idle = no_contacts(dtype)
-
-    @property
-    def kinds(self) -> frozenset[int]:
-        """Kinds of shapes that the kernels must know."""
-        return frozenset(each.kind for each in self.colliders.values())
 
     # An advance
 
@@ -230,8 +172,8 @@ class Contact:
             Receives every step, or None.
 
         """
-        seconds = sum(step.drift for step in steps)
-        longest = max(step.drift for step in steps)
+        drifts = [step.drift for step in steps]
+        seconds, longest = sum(drifts), max(drifts)
         by_triangles = {each.name for each in self._near if self._is_sharp(each, state, longest)}
         if observer is None and not by_triangles and not self._patience:
             if self._act_on_particles(kicks, state, steps, air_velocity, time):
@@ -242,8 +184,7 @@ class Contact:
             self._patience = _PATIENCE
         careful = self._patience > 0
         self._patience = max(self._patience - 1, 0)
-        for broad_phase in self._broad_phases.values():  # its order must not depend on the past
-            broad_phase.invalidate()
+        self._triangles.invalidate()
         for step in steps:
             kicks.apply(state, (step,), air_velocity, self._idle)
             if observer is not None:
@@ -263,9 +204,7 @@ class Contact:
         if collider.inset > 0.5 * shape.inner_radius:
             return True
         # True for NaN.
-        return (
-            shape.blunt_radius < _SMALL * self._rho0 or not travel < _TRAVEL * shape.inner_radius
-        )
+        return shape.blunt_radius < _SMALL * self._rho or not travel < _TRAVEL * shape.inner_radius
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
         self._fastest = max(self._fastest, max_speed(state))
@@ -283,18 +222,16 @@ class Contact:
         air_velocity: Vector,
         time: float,
     ) -> bool:
-        """Make a batch with contact of particles; return False, and undo it, if not good enough."""
+        """Make a batch with contact of particles; return False, and undo it, if not enough."""
         times = time + np.concatenate([[0.0], np.cumsum([step.drift for step in steps])])
         table = self._table(state, self._near, times)
         if table is None:
             kicks.apply(state, tuple(steps), air_velocity)
             return True
-        blunt = [math.isfinite(each.shape.inner_radius) for each in self._near]
-        before = (state.position.copy(), state.velocity.copy()) if any(blunt) else None
+        before = (state.position.copy(), state.velocity.copy(), kicks.work.copy())
         kicks.apply(state, tuple(steps), air_velocity, table)
-        if before is not None and not self._is_good(state, table, times):
-            state.position[...], state.velocity[...] = before
-            kicks.take_work()
+        if not self._particles.is_enough(state, self._near, table, float(times[-1])):
+            state.position[...], state.velocity[...], kicks.work[...] = before
             return False
         self._take(state, self._near, table)
         return True
@@ -302,67 +239,12 @@ class Contact:
     def _table(
         self, state: State, near: Sequence[RigidCollider], times: Array
     ) -> ContactTable | None:
-        """Return what the kernel needs for these colliders; None if all are out of reach."""
-        grid, seconds = self._grid, float(times[-1] - times[0])
-        measure_triangles(
-            state.position, state.velocity, grid.begin, grid.end, grid.stride, seconds,
-            _LEAST * self._rho0, _MOST * self._rho0, self._cells, self._rho,
-        )  # fmt: skip
-        rows = [each.rows(state.origin, times) for each in near]
-        table = self._tables(tuple(each.kind for each in near), max(map(len, rows)))
-        for n, row in enumerate(rows):
-            table.rows[:, n] = row
-            table.starts[n] = self._starts[near[n].name]
-        table.sums[...] = 0
-        moved = [
+        seconds = float(times[-1] - times[0])
+        approaches = [
             seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows)
             for each in near
         ]
-        clearances = np.empty(len(near))
-        self._search(
-            state.position, state.velocity, grid.begin, grid.end, seconds, table,
-            np.array(moved), clearances,
-        )  # fmt: skip
-        for each, clearance in zip(near, clearances.tolist(), strict=True):
-            each.clearance = clearance
-        return table if table.active.any() else None
-
-    def _tables(self, kinds: tuple[int, ...], count: int) -> ContactTable:
-        """Return a table for colliders of these kinds and so many rows; one is used at a time."""
-        key = (kinds, count)
-        table = self._cached.get(key)
-        if table is None:
-            number = len(kinds)
-            table = ContactTable(
-                np.array(kinds),
-                np.zeros((count, number, ROW), self._dtype),
-                np.zeros((number, self._blocks), np.int64),
-                self._rho,
-                *self._fields,
-                np.zeros(number, np.int64),
-                np.zeros((number, self._chunks, SUMS)),
-            )
-            if len(self._cached) == _MAX_TABLES:
-                self._cached.clear()
-            self._cached[key] = table
-        return table
-
-    def _is_good(self, state: State, table: ContactTable, times: Array) -> bool:
-        """Return whether no triangle has become so large that it cuts a collider."""
-        grid = self._grid
-        layout = (grid.begin, grid.end, grid.stride)
-        if not has_grown(state.position, *layout, table.rho, table.active, self._cells):
-            return True
-        for n, each in enumerate(self._near):
-            if math.isfinite(each.shape.inner_radius):
-                row = each.rows(state.origin, times[[-1, -1]], triangles=True)[0]
-                if large_triangles_cut(
-                    state.position, *layout, table.rho, table.active[n], self._cells,
-                    each.triangle_kind, row, self._fields_of(each),
-                    _INSIDE * each.tolerance,
-                ):  # fmt: skip
-                    return False
-        return True
+        return self._particles.table(state, near, times, approaches)
 
     def _take(self, state: State, near: Sequence[RigidCollider], table: ContactTable) -> None:
         total = table.sums.sum(axis=1)
@@ -396,57 +278,16 @@ class Contact:
             if table is not None:
                 kicks.resolve_contact(state, h, table)
                 self._take(state, others, table)
+        former, self._fastest = self._fastest, max_speed(state)
         for each in for_triangles:
-            self._resolve_triangles(each, state, times, h)
+            touched, forced = self._triangles.resolve(
+                each, state, times, max(former, self._fastest)
+            )
+            self.touched = self.touched or touched
+            self._unknown = self._unknown or forced or (touched and each.grows)
         for each in self._near:
             each.move_to(time + h)
             each.grow(h)
-
-    def _resolve_triangles(
-        self, collider: RigidCollider, state: State, times: Array, h: float
-    ) -> None:
-        broad_phase = self._broad_phase(collider)
-        before = collider.rows(state.origin, times[[0, 0]], triangles=True)[0]
-        after = collider.rows(state.origin, times, triangles=True)[0]
-        start, end = before[9:12], after[9:12]
-        shape = collider.shape
-        former, self._fastest = self._fastest, max_speed(state)
-        approach = h * (max(self._fastest, former) + collider.surface_speed(shape.bounding_radius))
-        broad_phase.reduce_clearance(approach)
-        collider.max_penetration = 0.0
-        if broad_phase.clearance > 0:
-            return
-        outer = shape.bounding_radius
-        particles, triangles = broad_phase.find(state, h, start, end, outer, approach)
-        if not len(particles):
-            return
-        sums = np.zeros(SUMS)
-        inner = max(shape.inner_radius - collider.inset, 0.1 * shape.inner_radius)
-        depth, touched, forced, pinned = resolve_triangles(
-            state.position, state.velocity, state.mobility, particles, triangles, h,
-            self._gravity, collider.triangle_kind, before, after, self._fields_of(collider),
-            outer, inner, collider.tolerance, sums,
-        )  # fmt: skip
-        collider.max_penetration = depth
-        if touched:
-            self.touched = True
-            self._unknown = self._unknown or forced or collider.grows
-            broad_phase.invalidate()
-        if forced and depth > 0.0 and not pinned:
-            # Particles are too fast to be pushed out: the collider shrinks to the room there is.
-            collider.inset = min(collider.inset + depth, 0.99 * shape.inner_radius)
-            collider.max_penetration = 0.0
-        collider.take(after, state.origin, sums)
-
-    def _broad_phase(self, collider: RigidCollider) -> BroadPhase:
-        if collider.name not in self._broad_phases:
-            self._broad_phases[collider.name] = BroadPhase(self._grid)
-        return self._broad_phases[collider.name]
-
-    def _fields_of(self, collider: RigidCollider) -> tuple[Array, Array]:
-        values, shares = self._fields
-        start = self._starts[collider.name]
-        return values[start:], shares[start:]
 
     # Work and forces
 
@@ -459,8 +300,9 @@ class Contact:
         particles that are displaced without an impulse.  The work of a collider that grows in
         touch with the sheet, or that the sheet cannot avoid, is unknown: inf.
         """
-        work = self._cell_mass * sum(each.work for each in self.colliders.values())
+        work = 0.0
         for each in self.colliders.values():
+            work += self._cell_mass * each.work
             each.work = 0.0
         if self._unknown:
             work = math.inf
@@ -477,8 +319,6 @@ class Contact:
         """Discard what is known about the state: its velocities were assigned."""
         for each in self.colliders.values():
             each.clearance = 0.0
-        for broad_phase in self._broad_phases.values():
-            broad_phase.invalidate()
 
     def respawn(self, state: State) -> None:
         """Shrink colliders to the room that the sheet leaves: either was placed from outside."""
@@ -499,63 +339,36 @@ class Contact:
 
     def depth(self, collider: RigidCollider, state: State) -> float:
         """Return the greatest depth of the sheet in a collider, m, or 0."""
-        shape, grid = collider.shape, self._grid
-        if not self._overlap_possible(collider, state):
+        if not collider.reaches(self._sheet(state), self._rho):
             return 0.0
-        now = np.zeros(2)
-        row = collider.rows(state.origin, now)[0]
-        fields = self._fields_of(collider)
-        depth: float = depth_of_particles(
-            state.position, grid.begin, grid.end, collider.kind, row, fields, _LEAST * self._rho0
-        )
-        if math.isinf(shape.inner_radius):
-            return max(depth, 0.0)
-        row = collider.rows(state.origin, now, triangles=True)[0]
-        broad_phase = BroadPhase(grid)
-        centre = row[9:12]
-        particles, triangles = broad_phase.find(
-            state, 0.0, centre, centre, shape.bounding_radius, 0.0
-        )
-        if len(particles):
-            deepest = deepest_triangle(
-                state.position, state.velocity, state.mobility, particles, triangles,
-                collider.triangle_kind, row, fields, shape.bounding_radius, collider.tolerance,
-            )  # fmt: skip
-            depth = max(depth, deepest)
+        depth = self._particles.depth(collider, state)
+        if math.isfinite(collider.shape.inner_radius):
+            depth = max(depth, self._triangles.depth(collider, state))
         return max(depth, 0.0)
 
-    def _overlap_possible(
-        self, collider: RigidCollider, state: State, margin: float = 0.0
-    ) -> bool:
-        """Return False if the sheet is beyond the bounds of a collider; compiles no kernel."""
-        sheet = self._grid.interior(state.position).reshape(3, -1).astype(float)
-        sheet = sheet + (state.origin - collider.pose[:3])[:, None]
-        shape = collider.shape
-        if math.isinf(shape.bounding_radius):
-            return bool(collider.normal @ sheet.min(axis=1, initial=math.inf) <= margin) or bool(
-                (collider.normal @ sheet).min() <= margin
-            )
-        low, high = sheet.min(axis=1), sheet.max(axis=1)
-        apart = np.maximum(np.maximum(low, -high), 0.0)
-        return not float(np.linalg.norm(apart)) > shape.bounding_radius + self._rho0 + margin
+    def _sheet(self, state: State) -> Array:
+        """Return the positions of the particles in the world, m, shape (3, n)."""
+        positions: Array = state.world_positions.reshape(3, -1)
+        return positions
 
     def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
         """Return False if no contact is possible within `seconds`; compiles no kernel."""
         speed = float(np.linalg.norm(state.velocities, axis=0).max())
+        sheet = self._sheet(state)
         for each in self.colliders.values():
             poses = [each.pose, *inputs.collider_paths.get(each.name, ())]
             places = np.array(poses)[:, :3]
             moved = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-            if len(poses) > 1 and math.isinf(each.shape.bounding_radius):
-                return True
-            if each.grows or self._overlap_possible(each, state, moved + seconds * 2 * speed):
+            turned = len(poses) > 1 and math.isinf(each.shape.bounding_radius)
+            near = each.reaches(sheet, self._rho + moved + seconds * 2 * speed)
+            if turned or each.grows or near:
                 return True
         return False
 
     def snapshot(self) -> ContactSnapshot:
         """Return everything about the colliders that later results depend on."""
         colliders = {name: each.snapshot() for name, each in self.colliders.items()}
-        return ContactSnapshot(colliders, self._patience, self._rho.copy())
+        return ContactSnapshot(colliders, self._patience, self._particles.rho.copy())
 
     def restore(self, snapshot: ContactSnapshot, state: State, *, exact: bool) -> None:
         """
@@ -565,9 +378,9 @@ class Contact:
         """
         self._patience = snapshot.patience
         if exact:
-            self._rho[...] = snapshot.rho
+            self._particles.rho[...] = snapshot.rho
         else:
-            self._rho[...] = 0
+            self._particles.rho[...] = 0
             self.invalidate()
         for name, each in self.colliders.items():
             known = snapshot.colliders.get(name)
@@ -577,58 +390,9 @@ class Contact:
 
     def warm_up(self, kicks: Kicks, state: State) -> None:
         """Compile the kernels of contact, for a state that none of them changes."""
-        grid, none = self._grid, np.zeros(0, np.int32)
-        near = list(self.colliders.values())
+        colliders = list(self.colliders.values())
         self._fastest = max_speed(state)
-        layout = (grid.begin, grid.end, grid.stride)
-        table = self._tables(tuple(each.kind for each in near), 1)
-        self._search(
-            state.position, state.velocity, grid.begin, grid.end, 0.0, table,
-            np.zeros(len(near)), np.zeros(len(near)),
-        )  # fmt: skip
-        table.active[...] = 0
-        measure_triangles(
-            state.position, state.velocity, *layout, 0.0, _LEAST * self._rho0,
-            _MOST * self._rho0, self._cells, self._rho,
-        )  # fmt: skip
+        table = self._particles.warm_up(colliders, state)
         kicks.resolve_contact(state, 0.0, table)
-        has_grown(state.position, *layout, table.rho, table.active, self._cells)
-        kicks.resolve_contact(state, 0.0, self._idle)
-        each = near[0]
-        row = each.rows(state.origin, np.zeros(2), triangles=True)[0]
-        fields, sums = self._fields_of(each), np.zeros(SUMS)
-        triangles = np.zeros((0, 3), np.int64)
-        large_triangles_cut(
-            state.position, *layout, table.rho, table.active[0], self._cells, each.triangle_kind,
-            row, fields, 1.0,
-        )  # fmt: skip
-        depth_of_particles(
-            state.position, grid.begin, grid.begin, each.kind, row, fields, self._rho0
-        )
-        broad_phase = BroadPhase(grid)
-        broad_phase.find(state, 0.0, row[9:12], row[9:12], 1e9, 0.0)
-        resolve_triangles(
-            state.position, state.velocity, state.mobility, none, triangles, 0.0, self._gravity,
-            each.triangle_kind, row, row, fields, 1.0, 1.0, 1e-5, sums,
-        )  # fmt: skip
-        deepest_triangle(
-            state.position, state.velocity, state.mobility, none, triangles, each.triangle_kind,
-            row, fields, 1.0, 1e-5,
-        )  # fmt: skip
+        self._triangles.warm_up(colliders[0], state)
         self.invalidate()
-
-
-def _fields_of(
-    colliders: Iterable[RigidCollider], dtype: type
-) -> tuple[tuple[Array, Array], dict[str, int]]:
-    """Return the distances and shares of all meshes, one after the other, and where each begins."""
-    values: list[Array] = [np.zeros(1)]
-    shares: list[Array] = [np.zeros(1)]
-    starts: dict[str, int] = {}
-    for each in colliders:
-        starts[each.name] = 0
-        if each.shape.fields is not None:
-            starts[each.name] = sum(map(len, values))
-            values.append(each.shape.fields[0])
-            shares.append(each.shape.fields[1])
-    return (np.concatenate(values).astype(dtype), np.concatenate(shares).astype(dtype)), starts

@@ -28,11 +28,12 @@ from .deepest_point import deepest_point, plane_is_beyond
 
 _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
-# Advances in one substep, beyond which everything in reach moves with the collider to its end.
+# Advances in one substep, beyond which everything in reach moves with the collider.
 _MAX_ADVANCES = 200
 # Share of the tolerance by which a contact may deepen in an advance without a further impulse.
 _CREEP = 1e-2
-# Travel of a particle in one advance, in radii of the ball, from which its triangles might change sides.
+# Travel of a particle in one advance, in radii of the ball, from which its triangles might change
+# sides.
 _CARRIED = 1.8
 
 
@@ -129,7 +130,7 @@ def _project(points, inverse_masses, triangles, gaps, travel, shape, outer, inne
     """
     Push triangles out of the collider until none is deeper than `tolerance`.
 
-    Triangles had at least these `gaps` to the collider, and no point has gone farther than `travel`
+    Triangles had at least these `gaps` to it, and no point has gone farther than `travel`
     since.  Return whether that was done, and whether pins alone hold some triangle deeper.
     """
     weights = np.empty(3)
@@ -222,7 +223,7 @@ def _move_with_collider(  # type: ignore[no-untyped-def]
 @exact_subroutine
 def _leave_to_pins(points, velocities, inverse_masses, triangles, shape, h, tolerance):  # type: ignore[no-untyped-def]
     """
-    Return the triangles without the pinned corners and edges in the collider, and how many had any.
+    Return the triangles without pinned corners and edges in the collider, and how many had any.
 
     Nothing can push these out, and what is free of their triangles would be thrown about in vain:
     of those an edge or a corner remains.

@@ -1,4 +1,4 @@
-"""Path of a collider in one advance: poses, passed at constant speed, and turned evenly between."""
+"""Path of a collider in one advance: poses, passed at constant speed and turned evenly between."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class KinematicPath:
     def poses(self, times: Array) -> Array:
         """Return the poses at some times, s, shape (n, 7)."""
         if self._times is None:
-            return np.tile(self.end, (len(times), 1))
+            return np.repeat(self.end[None], len(times), axis=0)
         corners = self._corners
         poses = np.empty((len(times), 7))
         for axis in range(3):

@@ -19,6 +19,9 @@ bit, and no order of particles or triangles has any influence.
 Between the particles, the offset of a shape keeps triangles out; see `shapes.shape`.
 """
 
+# A branch on a constant must be nested: joined to another condition it would be compiled.
+# ruff: noqa: SIM102
+
 from __future__ import annotations
 
 import functools
@@ -31,7 +34,7 @@ from ..kernels.jit import Kernel, inlined, inlined_variant, kernel
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import COMMON, CONSTANTS, Distance
 
-# A sliding velocity that the kick has reversed is not stopped, if what it was exceeds this share of
+# A sliding velocity that the kick has reversed is not stopped if what it was exceeds this share of
 # what it is.
 _TURNED = 1e-3
 # Share of a depth that one drift corrects in the position alone.
@@ -311,7 +314,7 @@ def compose_search(kinds: Set[int]) -> Kernel:
 
     @kernel
     def search(position, velocity, begin, end, seconds, contacts, approaches, clearances):  # type: ignore[no-untyped-def]
-        types, rows, active, rho, values, shares, starts, sums = contacts
+        types, rows, active, rho, values, shares, starts, _ = contacts
         for n in range(len(types)):
             kind = types[n]
             row = rows[0, n]

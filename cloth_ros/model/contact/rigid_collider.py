@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,8 @@ from .shapes.shape import COMMON, CONSTANTS
 
 # Speed, m/s, at which a collider grows that was placed inside the sheet.
 GROWTH_SPEED = 0.5
+# Inset, m, below which a collider has reached its size: times are rounded.
+_GROWN = 1e-9
 # m/s; a faster collider is not moved through the sheet, but placed where it is commanded to be.
 _FASTEST = 1e6
 # Depth that triangles are left in a collider, as a share of its inner radius, and in m.
@@ -157,6 +160,15 @@ class RigidCollider:
         """Return a bound of the speed, m/s, of its points up to `distance`, m, from its origin."""
         return self.speed + self.spin * min(self.shape.bounding_radius, distance)
 
+    def reaches(self, points: Array, margin: float) -> bool:
+        """Return False if a sheet at points in the world, m, (3, n), is beyond its bounds."""
+        points = points - np.array(self.position)[:, None]
+        if math.isinf(self.shape.bounding_radius):
+            return not (self.normal @ points).min() > margin  # True for NaN
+        low, high = points.min(axis=1), points.max(axis=1)
+        apart = np.maximum(np.maximum(low, -high), 0.0)
+        return not float(np.linalg.norm(apart)) > self.shape.bounding_radius + margin
+
     # Motion
 
     def begin_advance(self, time: float, seconds: float, inputs: Inputs) -> bool:
@@ -187,7 +199,8 @@ class RigidCollider:
 
     def grow(self, seconds: float) -> None:
         """Let the surface move out for some time, s, if it is not where it should be."""
-        self.inset = max(self.inset - GROWTH_SPEED * seconds, 0.0)
+        left = self.inset - GROWTH_SPEED * seconds
+        self.inset = left if left > _GROWN else 0.0
 
     # What the kernels take
 
@@ -218,7 +231,9 @@ class RigidCollider:
             if self._still is not None and self._still[0] == key:
                 return self._still[1]
         rows = np.zeros((count, ROW))
-        poses = self.path.poses(times[: count + 1]) if not still else np.tile(self.pose, (2, 1))
+        poses = (
+            self.path.poses(times[: count + 1]) if not still else np.array([self.pose, self.pose])
+        )
         matrices = rotation_matrices(poses[:, 3:])
         shape = self._triangle_shape if triangles else self.shape
         reference = np.zeros(3)
@@ -260,7 +275,7 @@ class RigidCollider:
             Shape (SUMS,).
 
         """
-        jx, jy, jz, lx, ly, lz, work, touched, touching = sums.tolist()
+        jx, jy, jz, lx, ly, lz, work, _, touching = sums.tolist()
         # From the origin to the reference point, as both are at the end of the batch.
         x, y, z = (row[POINT:SPIN] + origin - self.pose[:3]).tolist()
         self._total[0] += jx
@@ -277,7 +292,7 @@ class RigidCollider:
         if not self._seconds:
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         # The impulses are those on the sheet.
-        a, b, c, d, e, f = (-cell_mass / self._seconds * each for each in self._total)
+        a, b, c, d, e, f = [-cell_mass / self._seconds * each for each in self._total]
         return (a, b, c), (d, e, f)
 
     # Snapshots
@@ -293,10 +308,8 @@ class RigidCollider:
         self.pose = snapshot.pose
         self.clearance = snapshot.clearance if exact else 0.0
         before, now = snapshot.parameters, self.parameters
-        same = all(
-            getattr(before, name) == getattr(now, name)
-            for name in ('type', 'size', 'radius', 'length', 'mesh')
-        )
+        names = ('type', 'size', 'radius', 'length', 'mesh')
+        same = [getattr(before, each) for each in names] == [getattr(now, each) for each in names]
         if same:
             self.inset, self.max_penetration = snapshot.inset, snapshot.max_penetration
         return same

@@ -66,6 +66,8 @@ class KickDrift:
         True if accelerations depend on velocities: the scene has dashpots.
     dissipative
         True if the weight of a step matters: the scene has dashpots or air.
+    work
+        Of the air since the last `take_work`, by chunk, J for cells of 1 kg.
 
     """
 
@@ -112,7 +114,7 @@ class KickDrift:
         self._midpoint = grid.field(dtype) if separate else unused
         self._former = grid.field(dtype) if kinds else unused
         self._no_contacts = no_contacts(dtype)
-        self._work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
+        self.work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 
     def apply(
         self,
@@ -141,8 +143,8 @@ class KickDrift:
 
     def take_work(self) -> float:
         """Return the work, J, of the air on what it has accelerated since the last call."""
-        work = self._mass * float(self._work.sum())
-        self._work[:] = 0
+        work = self._mass * float(self.work.sum())
+        self.work[:] = 0
         return work
 
     def operations(self, step: Step) -> Iterator[tuple[float, ...]]:
@@ -188,7 +190,7 @@ class KickDrift:
             self._springs,
             (number(x), number(y), number(z)),
             self._bounds,
-            self._work,
+            self.work,
             self._no_contacts if contacts is None else contacts,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:

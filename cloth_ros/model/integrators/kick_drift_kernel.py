@@ -143,7 +143,8 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work, contacts,
+        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
+        contacts,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type

@@ -168,7 +168,7 @@ def inlined(function: Kernel) -> Kernel:
 
 def inlined_variant(function: Kernel) -> Kernel:
     """
-    Compile one of several variants of a function that is always inlined, each with other constants.
+    Compile a variant, with constants of its own, of a function that is always inlined.
 
     It is not cached on disk, because it is a part of the kernels that call it, which are.
     """

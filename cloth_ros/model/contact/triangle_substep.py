@@ -1,0 +1,129 @@
+"""Substeps with contact of triangles: colliders that are small, or too fast for particles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..grid import Array, Grid
+from ..state import State
+from .broad_phase import BroadPhase
+from .mesh_fields import MeshFields
+from .particle_contact import POINT, SPIN, SUMS, TOUCHED
+from .rigid_collider import RigidCollider
+from .triangle_contact import deepest_triangle, resolve_triangles
+
+# Least share of its inner radius that a collider keeps while it grows.
+_LEAST = 0.1
+# Share of its inner radius to which a collider shrinks at most, where it is given no room.
+_SHRUNK = 0.99
+
+
+class TriangleSubstep:
+    """
+    Moves triangles and colliders through substeps.
+
+    Parameters
+    ----------
+    grid
+        Of the sheet.
+    fields
+        Of the meshes.
+    gravity
+        m/s², shape (3,).
+
+    """
+
+    def __init__(self, grid: Grid, fields: MeshFields, gravity: Array) -> None:
+        self._grid, self._fields, self._gravity = grid, fields, gravity
+        self._broad_phases: dict[str, BroadPhase] = {}
+
+    def invalidate(self) -> None:
+        """Discard candidates: their order must not depend on what happened before a batch."""
+        for each in self._broad_phases.values():
+            each.invalidate()
+
+    def resolve(
+        self, collider: RigidCollider, state: State, times: Array, fastest: float
+    ) -> tuple[bool, bool]:
+        """
+        Resolve the contact with a collider of a state that has drifted.
+
+        Parameters
+        ----------
+        collider
+            The collider.
+        state
+            After the drift; changed.
+        times
+            Before and after it, s.
+        fastest
+            Speed of the fastest particle before or after it, m/s.
+
+        Returns
+        -------
+        (bool, bool)
+            Whether there was contact, and whether it had to move particles otherwise than by
+            impulses.
+
+        """
+        if collider.name not in self._broad_phases:
+            self._broad_phases[collider.name] = BroadPhase(self._grid)
+        broad_phase = self._broad_phases[collider.name]
+        h = float(times[1] - times[0])
+        before = collider.rows(state.origin, times[[0, 0]], triangles=True)[0]
+        after = collider.rows(state.origin, times, triangles=True)[0]
+        shape = collider.shape
+        outer = shape.bounding_radius
+        approach = h * (fastest + collider.surface_speed(outer))
+        broad_phase.reduce_clearance(approach)
+        collider.max_penetration = 0.0
+        collider.touching = 0
+        if broad_phase.clearance > 0:
+            return False, False
+        particles, triangles = broad_phase.find(
+            state, h, before[POINT:SPIN], after[POINT:SPIN], outer, approach
+        )
+        if not len(particles):
+            return False, False
+        sums = np.zeros(SUMS)
+        inner = max(shape.inner_radius - collider.inset, _LEAST * shape.inner_radius)
+        depth, touched, forced, pinned = resolve_triangles(
+            state.position, state.velocity, state.mobility, particles, triangles, h,
+            self._gravity, collider.triangle_kind, before, after, self._fields.of(collider),
+            outer, inner, collider.tolerance, sums,
+        )  # fmt: skip
+        collider.max_penetration = depth
+        if touched:
+            broad_phase.invalidate()
+        if forced and depth > 0.0 and not pinned:
+            # Particles are too fast to be pushed out: the collider shrinks to the room there is.
+            collider.inset = min(collider.inset + depth, _SHRUNK * shape.inner_radius)
+            collider.max_penetration = 0.0
+        collider.take(after, state.origin, sums)
+        return bool(sums[TOUCHED]), forced
+
+    def depth(self, collider: RigidCollider, state: State) -> float:
+        """Return the greatest depth of a triangle in a collider, m, or 0."""
+        row = collider.rows(state.origin, np.zeros(2), triangles=True)[0]
+        outer, centre = collider.shape.bounding_radius, row[POINT:SPIN]
+        particles, triangles = BroadPhase(self._grid).find(state, 0.0, centre, centre, outer, 0.0)
+        if not len(particles):
+            return 0.0
+        depth: float = deepest_triangle(
+            state.position, state.velocity, state.mobility, particles, triangles,
+            collider.triangle_kind, row, self._fields.of(collider), outer, collider.tolerance,
+        )  # fmt: skip
+        return depth
+
+    def warm_up(self, collider: RigidCollider, state: State) -> None:
+        """Compile the kernels."""
+        row = collider.rows(state.origin, np.zeros(2), triangles=True)[0]
+        centre = row[POINT:SPIN]
+        BroadPhase(self._grid).find(state, 0.0, centre, centre, 1e9, 0.0)
+        none, triangles = np.zeros(0, np.int32), np.zeros((0, 3), np.int64)
+        sheet, fields = (state.position, state.velocity, state.mobility), self._fields.of(collider)
+        resolve_triangles(
+            *sheet, none, triangles, 0.0, self._gravity, collider.triangle_kind, row, row, fields,
+            1.0, 1.0, 1e-5, np.zeros(SUMS),
+        )  # fmt: skip
+        deepest_triangle(*sheet, none, triangles, collider.triangle_kind, row, fields, 1.0, 1e-5)

@@ -1,0 +1,36 @@
+"""Which scenes can be simulated: their time step, their memory and the meshes in them."""
+
+from __future__ import annotations
+
+import math
+
+from ..scene import Scene
+from ..scene.parameter import invalid_value_error
+from . import memory
+from .contact.shapes import shape_of
+from .time_step import check_time_step
+
+
+def check_scene(scene: object) -> None:
+    """
+    Refuse a scene that cannot be simulated.
+
+    Raises
+    ------
+    ValueError
+        Names the parameter, its value, the allowed range and a remedy.
+
+    """
+    if not isinstance(scene, Scene):
+        raise invalid_value_error(
+            'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
+        )
+    check_time_step(scene)
+    memory.check(scene, memory.of_cloth(scene))
+    for each in scene.colliders:
+        shape_of(each, circumradius(scene))
+
+
+def circumradius(scene: Scene) -> float:
+    """Return the circumradius, m, of the triangles of the undeformed sheet."""
+    return 0.5 * math.hypot(*scene.sheet.spacing)
