@@ -33,7 +33,7 @@ SOLIDS = {
     'cup': lambda: cup(0.5, 1.0, 0.2, 8),
 }
 MESH_SIZES = (1.5, 6.0, 30.0)  # of these radii
-RADII = (1e-3, 0.03, 1.0)  # m
+RADII = (1e-3, 0.03, 0.5)  # m
 
 
 @functools.cache
