@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from builders import momentum
 from geometry import triangles
+from reliability.penetration import distance_of, half_width, is_pressed, overlap
+from reliability.random_colliders import FAR
 from reliability.random_scenes import Run
 
 from cloth_ros import Cloth, Energy, Scene
-from cloth_ros.model.contact.continuous_collision import max_penetration
+from cloth_ros.model.contact.collider import Collider
 from cloth_ros.model.energy_monitor import EnergyMonitor
 from cloth_ros.model.precision import precision_for
 from cloth_ros.model.stability import rate_bounds
@@ -24,6 +26,7 @@ ENERGY = 0.05
 # Tolerated penetration: m, as a share of the radius, and for positions in single precision as a
 # share of their size.
 DEPTH, DEPTH_SHARE, ROUNDING = 1e-4, 1e-2, 1e-6
+MOST_CHECKED = 20  # triangles in a collider, of which the deepest are looked at
 
 
 class CountingMonitor(EnergyMonitor):
@@ -74,7 +77,7 @@ class Invariants:
         self._pinned = scene.pinned()
         self._pins = cloth.positions[self._pinned]
         self._held = self._pinned.ravel()[self._triangles].any(axis=1)
-        self._free = not (self._pinned.any() or scene.sphere.radius > 0 or scene.has_air)
+        self._free = not (self._pinned.any() or scene.all_colliders() or scene.has_air)
 
     def check(self, *, unknown_work: bool = False) -> None:
         """Check everything; since the last check, the work of the sphere may be unknown."""
@@ -86,8 +89,9 @@ class Invariants:
         assert np.array_equal(positions[self._pinned], self._pins), 'a pin has moved'
         assert not velocities[self._pinned].any(), 'a pin has a velocity'
         self._check_energy()
-        if cloth.sphere_radius > 0:
-            self._check_depth(positions)
+        near = [each for each in cloth.colliders.values() if not each.name.startswith(FAR)]
+        for collider in near:
+            self._check_depth(positions.reshape(-1, 3), collider, near)
         self._totals['advances'] += 1
 
     def _note(self, name: str, value: float) -> None:
@@ -127,20 +131,58 @@ class Invariants:
             excess = self._internal_energy(energy) - self._internal
             assert excess <= allowed, f'a fall put {excess:.3g} J into springs'
 
-    def _check_depth(self, positions: np.ndarray) -> None:
-        cloth, radius = self._cloth, self._cloth.sphere_radius
-        whole = cloth.scene.sphere.radius
-        points = positions.reshape(-1, 3) - cloth.sphere_position
-        free, held = (
-            float(max_penetration(points, self._triangles[which], radius))
-            for which in (~self._held, self._held)
+    def _check_depth(
+        self, positions: np.ndarray, collider: Collider, near: list[Collider]
+    ) -> None:
+        """Check the depth in a collider, unless it grows; `near` are all that may press too."""
+        if collider.inset > 0:
+            return
+        sheet, width = self._cloth.scene.sheet, half_width(collider)
+        start = np.array(sheet.position if self._pinned.any() else positions.mean(axis=0))
+        spread = sheet.diagonal + float(np.linalg.norm(positions - start, axis=1).max())
+        allowed = min(DEPTH, DEPTH_SHARE * width) + ROUNDING * (spread + min(width, spread))
+        distance = distance_of(collider)
+        found = overlap(positions[self._triangles], distance, allowed)
+        held = self._held[found.triangles]
+        deepest = np.flatnonzero(~held)
+        deepest = deepest[np.argsort(-found.depth[deepest])[:MOST_CHECKED]]
+        where = f'm deep in the {collider.type} {collider.name}'
+        for depth, triangle, point in zip(*(each[deepest] for each in found), strict=True):
+            if self._is_pressed(positions, triangle, point, collider, near, allowed):
+                self._totals['pressed between colliders'] += 1
+                continue
+            raise AssertionError(f'{depth:.3g} {where}, not held by pins, {allowed:.3g} m allowed')
+        if held.any():
+            self._totals['held by pins'] += 1
+            depth = float(found.depth[held].max())
+            self.check_reported(depth, collider.max_penetration + allowed, where)
+
+    def check_reported(self, depth: float, most: float, where: str) -> None:
+        """Check that a depth, m, where pins hold the sheet, is not above what is reported."""
+        assert depth <= most, f'{depth:.3g} {where}, not reported'
+
+    def _is_pressed(
+        self,
+        positions: np.ndarray,
+        triangle: int,
+        point: np.ndarray,
+        collider: Collider,
+        near: list[Collider],
+        allowed: float,
+    ) -> bool:
+        """Tell if another collider presses a triangle, or one beside it, from another side."""
+        corners = self._triangles[triangle]
+        beside = self._triangles[np.isin(self._triangles, corners).any(axis=1)]
+        parts = positions[beside]
+        edges = np.linalg.norm(parts - np.roll(parts, 1, axis=1), axis=2)
+        points = np.concatenate([positions[np.unique(beside)], parts.mean(axis=1), point[None]])
+        reach = float(edges.max()) + allowed
+        one = distance_of(collider)
+        return any(
+            is_pressed(points, point, one, distance_of(other), reach + other.inset)
+            for other in near
+            if other is not collider
         )
-        allowed = min(DEPTH, DEPTH_SHARE * whole)
-        allowed += ROUNDING * (radius + cloth.scene.sheet.diagonal + np.abs(points).max())
-        assert max(free, held) <= cloth.sphere_depth + allowed, 'penetration not reported'
-        if radius == whole:  # a sphere that still grows is where it is
-            assert free <= allowed, f'{free:.3g} m deep in the sphere, not held by pins'
-            self._note('penetration', free)
 
 
 def check_run(run: Run, totals: Counter[str], patience: float) -> None:
@@ -152,8 +194,9 @@ def check_run(run: Run, totals: Counter[str], patience: float) -> None:
     for step in run.steps:
         if step.prepare(cloth):
             invariants.begin()
-        before = totals['unknown work']
-        advance = cloth.advance_stepwise(run.seconds(cloth, step.seconds))
+        before, seconds = totals['unknown work'], run.seconds(cloth, step.seconds)
+        step.move(cloth, seconds)
+        advance = cloth.advance_stepwise(seconds)
         for _ in advance:
             if time.monotonic() > end:
                 advance.close()
@@ -162,5 +205,6 @@ def check_run(run: Run, totals: Counter[str], patience: float) -> None:
         if slow:
             break
     totals.update({'runs': 1, run.start: 1, 'runs closed': int(slow)})
+    totals['runs with colliders'] += len(cloth.scene.colliders) > 0
     totals['runs rolled back'] += any(vars(cloth.rollbacks).values())
     totals.update(vars(cloth.rollbacks))

@@ -9,6 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import reject
 from hypothesis import strategies as st
+from reliability.random_colliders import (
+    FAR,
+    MOST,
+    MOTIONS,
+    RADII,
+    Motion,
+    Vector,
+    colliders,
+    logarithmic,
+    vectors,
+)
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.stability import SAFETY
@@ -18,7 +29,6 @@ from cloth_ros.model.time_step import check_time_step, stability_limit
 SUBSTEPS, PARTICLE_STEPS = 1000, 2e5
 _MOST_FIXED = 2000  # substeps that a scene may need at least where their number is fixed
 
-Vector = tuple[float, float, float]
 STARTS = ('flat', 'crumpled', 'inverted', 'moving', 'coincident')
 
 
@@ -28,6 +38,7 @@ class Step(NamedTuple):
     seconds: float  # less where that takes too many substeps
     wind: Vector | None = None  # m/s
     sphere: Vector | None = None  # from the centre of the sheet, by its diagonal and the radius
+    motions: tuple[Motion | None, ...] = ()  # of the other colliders, in their order
     change: dict[str, Any] | None = None  # of parameters, first
     reset: bool = False  # first
 
@@ -46,6 +57,13 @@ class Step(NamedTuple):
             with suppress(ValueError):  # too far away
                 cloth.move_sphere((scene.sheet.position + reach * np.array(self.sphere)).tolist())
         return self.reset or bool(self.change)
+
+    def move(self, cloth: Cloth, seconds: float) -> None:
+        """Command the motions of colliders in an advance of so many s."""
+        names = [each.name for each in cloth.scene.colliders if not each.name.startswith(FAR)]
+        for name, motion in zip(names, self.motions, strict=False):
+            if motion is not None:
+                motion.command(cloth, name, seconds)
 
 
 class Run(NamedTuple):
@@ -85,22 +103,6 @@ def least_substeps(scene: Scene) -> int:
     return max(math.ceil(1 / (scene.rate * SAFETY * stability_limit(scene))), 1)
 
 
-def logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
-    """Return a strategy of numbers of every magnitude in a range."""
-    exponents = st.floats(math.log10(low), math.log10(high))
-    return exponents.map(lambda exponent: min(max(10.0**exponent, low), high))
-
-
-def vectors(*lengths: float) -> st.SearchStrategy[Vector]:
-    """Return a strategy of vectors of these sizes."""
-    parts = st.tuples(*[st.floats(-1, 1)] * 3)
-    return st.builds(
-        lambda length, parts: tuple(length * part for part in parts),
-        st.sampled_from(lengths),
-        parts,
-    )
-
-
 SIDES = st.one_of(st.sampled_from([1, 2, 3]), st.integers(1, 12), st.integers(12, 40))
 PINS = st.sampled_from([[''], [':,:'], ['0,0', '0,-1'], ['0,:'], ['0,0', '-1,-1', '0,-1', '-1,0']])
 
@@ -125,11 +127,20 @@ def parameters(draw: st.DrawFn, *, varied: bool) -> dict[str, Any]:
     radius = draw(st.just(0.0) | logarithmic(1e-4, 100.0))
     position = draw(st.sampled_from([(0.0, 0.0, 1.0), (1e4, -1e4, 100.0)]))
     reach, away = length * (1 + aspect) + radius, draw(vectors(0.0, 0.3, 2.0))
+    precision = draw(st.sampled_from(['single', 'double']))
+    # The kernels with all shapes take the longest to compile.
+    shapes = draw(st.booleans()) and (varied or (damped and precision == 'single'))
+    size = (length, length * aspect)
+    if shapes:
+        # Circumradii of few sizes, for which there are distance grids of the meshes.
+        spacing = [a / max(n - 1, 1) for a, n in zip(size, (columns, rows), strict=True)]
+        scale = draw(st.sampled_from(RADII)) / (0.5 * math.hypot(*spacing))
+        size = (scale * size[0], scale * size[1])
     values: dict[str, Any] = {
         'rate': draw(logarithmic(1.0, 1000.0)),
         'sheet.rows': rows,
         'sheet.columns': columns,
-        'sheet.size': [min(max(length * side, 1e-3), 1e3) for side in (1.0, aspect)],
+        'sheet.size': [min(max(side, 1e-3), 1e3) for side in size],
         'sheet.mass': min(draw(logarithmic(1e-9, 1e3)) * rows * columns, 1e9),
         'sheet.position': list(position),
         'pins': draw(PINS),
@@ -144,8 +155,13 @@ def parameters(draw: st.DrawFn, *, varied: bool) -> dict[str, Any]:
         'sphere.radius': radius,
         'sphere.position': [a + reach * b for a, b in zip(position, away, strict=True)],
         'sphere.friction': draw(st.sampled_from([0.0, 0.3, 10.0])),
-        'solver.precision': draw(st.sampled_from(['single', 'double'])),
+        'solver.precision': precision,
     }
+    if shapes:
+        sheet = Scene().with_parameters(values).sheet
+        radius = 0.5 * math.hypot(*sheet.spacing)
+        lengths = (min(sheet.spacing), sheet.diagonal, 3 * sheet.diagonal)
+        values |= draw(colliders(position=position, lengths=lengths, radius=radius or 0.1))
     scene = Scene().with_parameters(values)
     try:
         check_time_step(scene)
@@ -169,6 +185,7 @@ STEPS = st.builds(
     seconds=logarithmic(1e-6, 60.0),
     wind=st.none() | vectors(5.0, 100.0, 1e4),
     sphere=st.none() | vectors(0.0, 0.5, 3.0),
+    motions=st.lists(st.none() | MOTIONS, min_size=MOST, max_size=MOST).map(tuple),
     change=st.integers(0, 4).flatmap(
         lambda n: st.none() if n else st.sampled_from(sorted(CHANGES)).flatmap(
             lambda name: st.fixed_dictionaries({name: CHANGES[name]})
