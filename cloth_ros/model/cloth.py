@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import PARAMETERS, invalid_value_error
+from ..scene.parameter import PARAMETERS, checked_number, invalid_value_error
 from .contact.kinematic_path import checked_position, extend_path
 from .contact.rigid_collider import RigidCollider, pose_of
 from .energy import Energy, energy
@@ -16,7 +16,7 @@ from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
 from .inputs import Inputs, Pose, Vector, unit_quaternion
 from .scene_check import check_scene
-from .simulation import Simulation, SubstepObserver
+from .simulation import MAX_SECONDS, Simulation, SubstepObserver
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
 from .strain import Strain, strain
@@ -119,6 +119,7 @@ class Cloth:
             inputs = self._inputs
         for name in inputs.collider_paths:
             self._collider(name)
+        seconds = checked_number('seconds', seconds, 0.0, MAX_SECONDS, 's')
         steps = self._simulation.advance_stepwise(seconds, inputs)
         return self._take_inputs(steps, self.time + seconds > self.time, inputs)
 
@@ -231,11 +232,9 @@ class Cloth:
             The pose is not finite or too far away, or there is no such collider.
 
         """
-        collider = self._collider(name)
+        collider, origin = self._collider(name), self._simulation.state.origin
         path = self._inputs.collider_paths.get(name, ())
-        size = collider.shape.bounding_radius
-        origin = self._simulation.state.origin
-        target = checked_position(name, position, 'sphere.position', size, origin)
+        target = checked_position(name, position, collider.shape.bounding_radius, origin)
         turned = (path[-1] if path else collider.pose)[3:]
         if orientation is not None:
             turned = unit_quaternion(name, orientation)
@@ -244,11 +243,10 @@ class Cloth:
 
     def _collider(self, name: str) -> RigidCollider:
         """Return a collider; raises ValueError if there is none of this name."""
-        colliders = self.colliders
-        if name not in colliders:
-            known = ', '.join(colliders) or 'none'
-            raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
-        return colliders[name]
+        if name in self.colliders:
+            return self.colliders[name]
+        known = ', '.join(self.colliders) or 'none'
+        raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
 
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""
@@ -341,15 +339,12 @@ class Cloth:
     @property
     def sphere_depth(self) -> float:
         """Greatest depth of a triangle in the sphere at the last contact, m; 0 if tolerable."""
-        sphere = self.colliders.get('sphere')
-        return 0.0 if sphere is None else sphere.max_penetration
+        return self.colliders['sphere'].max_penetration if 'sphere' in self.colliders else 0.0
 
     def contact_possible(self, seconds: float) -> bool:
         """Return False if no collider can reach the sheet within `seconds` of the next advance."""
-        simulation = self._simulation
-        return simulation.contact is not None and simulation.contact.contact_possible(
-            simulation.state, seconds, self.inputs
-        )
+        contact, state = self._simulation.contact, self._simulation.state
+        return contact is not None and contact.contact_possible(state, seconds, self.inputs)
 
     # Energy and accuracy
 

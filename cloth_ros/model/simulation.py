@@ -17,7 +17,6 @@ from typing import Protocol
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import checked_number
 from .contact.contact import Contact, ContactSnapshot
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
@@ -36,7 +35,7 @@ from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
-_MAX_SECONDS = 1e6  # of one advance
+MAX_SECONDS = 1e6  # of one advance
 # Substeps whose cost is measured.
 _TIMED = CHECK_INTERVAL
 # Relative difference of two substep lengths that are made equal: times are rounded, and each
@@ -188,18 +187,7 @@ class Simulation:
         return (x, y, z)
 
     def advance_stepwise(self, seconds: float, inputs: Inputs) -> Iterator[None]:
-        """
-        Advance, and pause after each batch; see `Cloth.advance_stepwise`.
-
-        Raises
-        ------
-        ValueError
-            `seconds` is negative, not finite, or more than a million.
-
-        """
-        return self._advance(checked_number('seconds', seconds, 0.0, _MAX_SECONDS, 's'), inputs)
-
-    def _advance(self, seconds: float, inputs: Inputs) -> Iterator[None]:
+        """Advance, and pause after each batch; see `Cloth.advance_stepwise`."""
         if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
         if self.contact is not None:
@@ -223,7 +211,7 @@ class Simulation:
                 yield from self._batch(min(BATCH, count - first), h)
             self.time = change
         if self.contact is not None:
-            self.contact.end_advance()
+            self.contact.end_advance(self.state)
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""

@@ -39,7 +39,7 @@ from .triangle_substep import TriangleSubstep
 # A collider is small, if its blunt radius is below so many circumradii of the triangles.
 _SMALL = 1.5
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
-_TRAVEL = 0.5
+_TRAVEL = 0.25
 # Batches that are made substep by substep after one that had to be repeated.
 _PATIENCE = 4
 # Share of its inner radius by which a collider that is placed inside the sheet shrinks at most.
@@ -101,20 +101,27 @@ class Contact:
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
+        self._pinned = bool(scene.pinned().any())
 
     # An advance
 
     def begin_advance(self, state: State, time: float, seconds: float, inputs: Inputs) -> None:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""
         for each in self.colliders.values():
+            each.max_penetration = 0.0
             if not each.begin_advance(time, seconds, inputs):
                 each.placed = True
                 self._fit(each, state)
 
-    def end_advance(self) -> None:
-        """Place the colliders at the ends of their paths."""
+    def end_advance(self, state: State) -> None:
+        """Place the colliders at the ends of their paths; find how deep pins hold the sheet."""
         for each in self.colliders.values():
             each.end_advance()
+        if self._pinned:
+            for each in self._near:
+                depth = self._particles.depth(each, state, offset=False)
+                if depth > max(2 * each.tolerance, each.max_penetration):
+                    each.max_penetration = depth
 
     def may_act(self, state: State, seconds: float) -> bool:
         """
@@ -127,13 +134,14 @@ class Contact:
             each
             for each in self.colliders.values()
             # True for NaN.
-            if each.grows or not each.clearance > seconds * self._approach(each, state, 2.0)
+            if each.grows
+            or not each.clearance > seconds * (self._fastest + self._approach(each, state))
         ]
         return bool(self._near)
 
-    def _approach(self, collider: RigidCollider, state: State, factor: float = 1.0) -> float:
+    def _approach(self, collider: RigidCollider, state: State) -> float:
         """Return a bound of the speed, m/s, at which collider and sheet approach each other."""
-        return factor * self._fastest + self._surface_speed(collider, state)
+        return self._fastest + self._surface_speed(collider, state)
 
     def _surface_speed(self, collider: RigidCollider, state: State) -> float:
         """Return a bound of the speed, m/s, of a collider where it may touch the sheet."""
@@ -196,7 +204,6 @@ class Contact:
             self._patience = _PATIENCE
         careful = self._patience > 0
         self._patience = max(self._patience - 1, 0)
-        self._triangles.invalidate()
         for step in steps:
             kicks.apply(state, (step,), air_velocity, self._idle)
             if observer is not None:
@@ -332,6 +339,7 @@ class Contact:
     def invalidate(self) -> None:
         """Discard what is known about the state: its velocities were assigned."""
         self._particles.invalidate()
+        self._triangles.invalidate()
         for each in self.colliders.values():
             each.clearance = 0.0
 
@@ -348,37 +356,21 @@ class Contact:
             return
         collider.placed = False
         collider.inset = collider.max_penetration = 0.0
-        depth = self.depth(collider, state)
-        if depth > _INSIDE * collider.tolerance:
-            collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
-
-    def depth(self, collider: RigidCollider, state: State) -> float:
-        """Return the greatest depth of the sheet in a collider, m, or 0."""
-        if not collider.reaches(self._sheet(state), self._rho):
-            return 0.0
+        sheet = state.world_positions.reshape(3, -1)
+        if not collider.reaches(sheet, self._rho):
+            return
         depth = self._particles.depth(collider, state)
         if math.isfinite(collider.shape.inner_radius):
             depth = max(depth, self._triangles.depth(collider, state))
-        return max(depth, 0.0)
-
-    def _sheet(self, state: State) -> Array:
-        """Return the positions of the particles in the world, m, shape (3, n)."""
-        positions: Array = state.world_positions.reshape(3, -1)
-        return positions
+        if depth > _INSIDE * collider.tolerance:
+            collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
 
     def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
         """Return False if no contact is possible within `seconds`; compiles no kernel."""
-        speed = float(np.linalg.norm(state.velocities, axis=0).max())
-        sheet = self._sheet(state)
-        for each in self.colliders.values():
-            poses = [each.pose, *inputs.collider_paths.get(each.name, ())]
-            places = np.array(poses)[:, :3]
-            moved = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-            turned = len(poses) > 1 and math.isinf(each.shape.bounding_radius)
-            near = each.reaches(sheet, self._rho + moved + seconds * 2 * speed)
-            if turned or each.grows or near:
-                return True
-        return False
+        sheet = state.world_positions.reshape(3, -1)
+        reach = self._rho + seconds * 2 * float(np.linalg.norm(state.velocities, axis=0).max())
+        possible = [each.may_reach(sheet, reach, inputs) for each in self.colliders.values()]
+        return True in possible
 
     def snapshot(self) -> ContactSnapshot:
         """Return everything about the colliders that later results depend on."""
@@ -398,6 +390,7 @@ class Contact:
         particles = self._particles
         if exact:
             particles.forget_search()
+            self._triangles.invalidate()
             particles.rho[...] = snapshot.rho
             particles.elapsed, particles.moved = snapshot.elapsed, snapshot.moved
         else:

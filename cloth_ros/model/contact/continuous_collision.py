@@ -30,6 +30,8 @@ _VELOCITY_PASSES = 20
 _POSITION_PASSES = 50
 # Advances in one substep, beyond which everything in reach moves with the collider.
 _MAX_ADVANCES = 200
+# Fewer for many triangles: a substep must end in milliseconds.
+_WORK, _LEAST_ADVANCES = 4000, 4
 # Share of the tolerance by which a contact may deepen in an advance without a further impulse.
 _CREEP = 1e-2
 # Travel of a particle in one advance, in radii of the ball, from which its triangles might change
@@ -311,12 +313,13 @@ def resolve_contact(  # type: ignore[no-untyped-def]
     start = np.empty_like(points)
     claimed = np.zeros(len(points), np.int64)
     advance = 0
+    most = min(max(_WORK // max(len(triangles), 1), _LEAST_ADVANCES), _MAX_ADVANCES)
     left, touched, forced, deep = h, False, False, pinned > 0
     while left > 0.0:
         fastest = _max_speed(velocities)
         if not np.isfinite(fastest):
             break
-        if advance == _MAX_ADVANCES:
+        if advance == most:
             for i in range(len(points)):
                 if inverse_masses[i] == 0.0:  # pins stay where they are, seen from the world
                     _add_row(points, i, left, velocities, i)

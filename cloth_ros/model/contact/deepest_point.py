@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..kernels.jit import exact_subroutine
@@ -12,6 +14,8 @@ from .shapes import capsule
 
 _ITERATIONS = 30
 _BISECTIONS = 30
+# Golden ratio: larger part of a section.
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @exact_subroutine
@@ -48,6 +52,57 @@ def _nearest_to_ball(points, a, b, c, radius):  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
+def _along(points, a, b, c, wa, shape, sections):  # type: ignore[no-untyped-def]
+    """Return the least distance where the weight of a is given, and the weight of b there."""
+    kind, row, fields = shape
+    low, high = 0.0, 1.0 - wa
+    near, far = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    x, y, z = _at(points, a, b, c, wa, near, 1.0 - wa - near)
+    at_near = distance_from(kind, row, fields, x, y, z, 0.0)[0]
+    x, y, z = _at(points, a, b, c, wa, far, 1.0 - wa - far)
+    at_far = distance_from(kind, row, fields, x, y, z, 0.0)[0]
+    for _ in range(sections):
+        if at_near < at_far:
+            high, far, at_far = far, near, at_near
+            near = high - _GOLDEN * (high - low)
+            x, y, z = _at(points, a, b, c, wa, near, 1.0 - wa - near)
+            at_near = distance_from(kind, row, fields, x, y, z, 0.0)[0]
+        else:
+            low, near, at_near = near, far, at_far
+            far = low + _GOLDEN * (high - low)
+            x, y, z = _at(points, a, b, c, wa, far, 1.0 - wa - far)
+            at_far = distance_from(kind, row, fields, x, y, z, 0.0)[0]
+    return (at_near, near) if at_near < at_far else (at_far, far)
+
+
+@exact_subroutine
+def _by_golden_sections(points, a, b, c, shape, tolerance):  # type: ignore[no-untyped-def]
+    """Return the least distance of a triangle from a shape, and the weights of a and b."""
+    longest = 0.0
+    for axis in range(3):
+        side = abs(points[b, axis] - points[a, axis]) + abs(points[c, axis] - points[a, axis])
+        longest = max(longest, side)
+    # Each section leaves 0.62 of the interval.
+    sections = min(max(int(np.log(max(longest / tolerance, 2.0)) / 0.48), 8), 50)
+    low, high = 0.0, 1.0
+    near, far = 1.0 - _GOLDEN, _GOLDEN
+    at_near, _ = _along(points, a, b, c, near, shape, sections)
+    at_far, _ = _along(points, a, b, c, far, shape, sections)
+    for _ in range(sections):
+        if at_near < at_far:
+            high, far, at_far = far, near, at_near
+            near = high - _GOLDEN * (high - low)
+            at_near, _ = _along(points, a, b, c, near, shape, sections)
+        else:
+            low, near, at_near = near, far, at_far
+            far = low + _GOLDEN * (high - low)
+            at_far, _ = _along(points, a, b, c, far, shape, sections)
+    wa = near if at_near < at_far else far
+    d, wb = _along(points, a, b, c, wa, shape, sections)
+    return d, wa, wb
+
+
+@exact_subroutine
 def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-untyped-def]
     """
     Find the point of a triangle with the least signed distance from a collider.
@@ -55,7 +110,9 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
     The distance from a convex shape is a convex function.  It is minimised over the weights of
     the corners by pairwise steps of Frank and Wolfe (S. Lacoste-Julien, M. Jaggi, "On the global
     linear convergence of Frank-Wolfe optimization variants", NIPS 2015), from the best of a few
-    points.  In a mesh that is not convex the result is a local minimum.
+    points.  They may stop inside the shape, where the distance has creases: then by golden sections
+    along lines between golden sections of two sides.  In a mesh that is not convex the result is a
+    local minimum.
 
     Parameters
     ----------
@@ -100,6 +157,7 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
         if d < best:
             best, nx, ny, nz = d, u, v, w
             weights[0], weights[1], weights[2] = wa, wb, 1.0 - wa - wb
+    gap = np.inf
     for _ in range(_ITERATIONS):
         low, high, mean = np.inf, -np.inf, 0.0
         lowest, highest = 0, 0
@@ -142,4 +200,10 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
         best, nx, ny, nz = d, u, v, w
         weights[lowest] += step
         weights[highest] = most - step if step < most else 0.0
+    if gap >= tolerance and best - gap <= min(reach, 0.0):
+        d, wa, wb = _by_golden_sections(points, a, b, c, shape, tolerance)
+        if d < best:
+            weights[0], weights[1], weights[2] = wa, wb, 1.0 - wa - wb
+            x, y, z = _at(points, a, b, c, wa, wb, weights[2])
+            best, nx, ny, nz = distance_from(kind, row, fields, x, y, z, 0.0)
     return best, weights[0], weights[1], weights[2], nx, ny, nz

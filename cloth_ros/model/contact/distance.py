@@ -28,7 +28,7 @@ def distance_from(kind, row, fields, x, y, z, rho):  # type: ignore[no-untyped-d
         row[SHAPE], row[SHAPE + 1], row[SHAPE + 2], row[SHAPE + 3], row[SHAPE + 4],
         row[SHAPE + 5], row[SHAPE + 6], row[SHAPE + 7], row[SHAPE + 8], row[SHAPE + 9],
         row[SHAPE + 10], row[SHAPE + 11], row[SHAPE + 12], row[SHAPE + 13], row[SHAPE + 14],
-        row[SHAPE + 15],
+        row[SHAPE + 15], row[SHAPE + 16],
     )  # fmt: skip
     rotation = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
     if kind == plane.KIND:

@@ -135,9 +135,7 @@ def extend_path(start: Pose, path: Sequence[Pose], target: Pose) -> tuple[Pose, 
     return extended[:left_out] + extended[left_out + 1 :]
 
 
-def checked_position(
-    name: str, position: Sequence[float], parameter: str, size: float, sheet: Array
-) -> Vector:
+def checked_position(name: str, position: Sequence[float], size: float, sheet: Array) -> Vector:
     """
     Return a commanded position of a collider, m.
 
@@ -147,8 +145,6 @@ def checked_position(
         Of the collider, for the error.
     position
         Three numbers, m.
-    parameter
-        Scene parameter whose range applies.
     size
         Distance of the collider's surface from its origin, m; inf: any position is near enough.
     sheet
@@ -160,7 +156,7 @@ def checked_position(
         The position is not finite, out of range, or too far from the sheet.
 
     """
-    centre = checked_vector(f'{name} position', position, parameter)
+    centre = checked_vector(f'{name} position', position, 'sphere.position')
     distance, most = float(np.linalg.norm(centre - sheet)), _FARTHEST + size
     if distance > most:
         nearest = sheet + (centre - sheet) * (most * (1 - 1e-9) / distance)

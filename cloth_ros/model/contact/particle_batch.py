@@ -13,8 +13,9 @@ from ..kernels.thread_pool import CHUNK
 from ..state import State
 from .contact_table import ContactTable
 from .mesh_fields import MeshFields
-from .particle_contact import BLOCK, ROW, SUMS, compose_search
-from .proximity import depth_of_particles, has_grown, large_triangles_cut
+from .particle_contact import BLOCK, ROW, SUMS
+from .particle_search import compose_search
+from .proximity import depth_of_particles, has_grown, triangles_cut
 from .rigid_collider import RigidCollider
 from .sheet_bounds import measure_triangles
 
@@ -28,6 +29,8 @@ _UNCHANGED, _MARGIN = 0.02, 0.1
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
+# Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
+_LEFT = 8e-5
 
 
 class Found(NamedTuple):
@@ -95,6 +98,7 @@ class ParticleBatch:
         self._gravity, self._small = gravity, _UNCHANGED * _LEAST * rho
         self._found: Found | None = None
         self.invalidate()
+        self._none: Array = np.zeros_like(self.rho)
         self._cached: dict[tuple[Any, ...], ContactTable] = {}
 
     def invalidate(self) -> None:
@@ -223,7 +227,7 @@ class ParticleBatch:
         self, state: State, near: Sequence[RigidCollider], table: ContactTable, time: float
     ) -> bool:
         """
-        Return whether no triangle has become so large that it cuts a collider.
+        Return whether no triangle cuts a collider: none has become too large, or was left inside.
 
         Parameters
         ----------
@@ -235,25 +239,34 @@ class ParticleBatch:
         """
         if self.unchanged:
             return True
-        if not has_grown(state.position, *self._layout, table.rho, table.active, self._cells):
-            return True
+        grown = has_grown(state.position, *self._layout, table.rho, table.active, self._cells)
+        gaps = np.empty(len(near))
+        self._search(
+            state.position, state.velocity, *self._layout[:2], 0.0,
+            table._replace(rows=table.rows[-1:], active=table.active.copy()), np.zeros(len(near)),
+            gaps,
+        )  # fmt: skip
         for n, each in enumerate(near):
-            if math.isinf(each.shape.inner_radius):
+            # True for NaN.
+            cut = not gaps[n] > -_LEFT
+            if math.isinf(each.shape.inner_radius) or not (grown or cut):
                 continue
             row = each.rows(state.origin, np.array([time, time]), triangles=True)[0]
-            if large_triangles_cut(
-                state.position, *self._layout, table.rho, table.active[n], self._cells,
-                each.triangle_kind, row, self._fields.of(each), _TOO_DEEP * each.tolerance,
+            # Where a particle is inside of the offset surface, all triangles are looked at.
+            if triangles_cut(
+                state.position, *self._layout, self._none if cut else table.rho, table.active[n],
+                self._cells, each.triangle_kind, row, self._fields.of(each),
+                _TOO_DEEP * each.tolerance,
             ):  # fmt: skip
                 return False
         return True
 
-    def depth(self, collider: RigidCollider, state: State) -> float:
-        """Return the greatest depth, m, of a particle in the offset surface; negative outside."""
+    def depth(self, collider: RigidCollider, state: State, *, offset: bool = True) -> float:
+        """Return the greatest depth, m, of a particle in the offset or the true surface."""
         row = collider.rows(state.origin, np.zeros(2))[0]
         depth: float = depth_of_particles(
             state.position, *self._layout[:2], collider.kind, row, self._fields.of(collider),
-            self._bounds[0],
+            self._bounds[0] if offset else 0.0,
         )  # fmt: skip
         return depth
 
@@ -267,7 +280,7 @@ class ParticleBatch:
         has_grown(state.position, *self._layout, table.rho, table.active, self._cells)
         each = colliders[0]
         row = each.rows(state.origin, np.zeros(2), triangles=True)[0]
-        large_triangles_cut(
+        triangles_cut(
             state.position, *self._layout, table.rho, table.active[0], self._cells,
             each.triangle_kind, row, self._fields.of(each), 1.0,
         )  # fmt: skip

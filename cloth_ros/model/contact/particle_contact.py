@@ -29,24 +29,24 @@ from collections.abc import Set
 
 import numpy as np
 
-from ..grid import GHOST
-from ..kernels.jit import Kernel, inlined, inlined_variant, kernel
+from ..kernels.jit import Kernel, inlined, inlined_variant
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import COMMON, CONSTANTS, Distance
 
 # A sliding velocity that the kick has reversed is not stopped if what it was exceeds this share of
 # what it is.
 _TURNED = 1e-3
-# Share of a depth that one drift corrects in the position alone.
-_SHARE = 0.05
+# Time, s, in which a depth is corrected in the position alone.
+_CORRECTED = 5e-3
 # Numbers in a row about a collider in one drift: rotation, row by row, from its frame to that of
 # the state; the reference point after the drift, m; the matrix S, 1/s, and the velocity, m/s, of a
-# material point, S y + velocity at y from the reference point; the inset, m; friction; the depth
-# below 0 that counts as contact, m; and the constants of the shape, with those of all shapes.
+# material point, S y + velocity at y from the reference point; the inset, m, and
+# the speed of the surface by which it decreases, m/s; friction; the gap up to which a particle
+# touches, the depth that is left to later pushes, and how much more is corrected at once, m; and
+# the constants of the shape, with those of all shapes.
 ROTATION, POINT, SPIN, VELOCITY = 0, 9, 12, 21
-INSET, GROWTH, FRICTION, SLOP, ALLOWANCE, SHAPE = 24, 25, 26, 27, 28, 29
+INSET, GROWTH, FRICTION, SLOP, ALLOWANCE, LIMIT, SHAPE = 24, 25, 26, 27, 28, 29, 30
 ROW = SHAPE + CONSTANTS + len(COMMON)
-_ALL = CONSTANTS + len(COMMON)
 
 # Particles that are passed over together where they are out of reach.
 BLOCK = 64
@@ -59,7 +59,7 @@ SUMS = 9
 
 
 @inlined
-def _constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
+def constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
     """Return the rotation, and the constants of the shape, of a row as tuples."""
     rotation = (
         number(rows[drift, n, 0]), number(rows[drift, n, 1]), number(rows[drift, n, 2]),
@@ -67,35 +67,14 @@ def _constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
         number(rows[drift, n, 6]), number(rows[drift, n, 7]), number(rows[drift, n, 8]),
     )  # fmt: skip
     constants = (
-        number(rows[drift, n, 29]), number(rows[drift, n, 30]), number(rows[drift, n, 31]),
-        number(rows[drift, n, 32]), number(rows[drift, n, 33]), number(rows[drift, n, 34]),
-        number(rows[drift, n, 35]), number(rows[drift, n, 36]), number(rows[drift, n, 37]),
-        number(rows[drift, n, 38]), number(rows[drift, n, 39]), number(rows[drift, n, 40]),
-        number(rows[drift, n, 41]), number(rows[drift, n, 42]), number(rows[drift, n, 43]),
-        number(rows[drift, n, 44]),
+        number(rows[drift, n, 30]), number(rows[drift, n, 31]), number(rows[drift, n, 32]),
+        number(rows[drift, n, 33]), number(rows[drift, n, 34]), number(rows[drift, n, 35]),
+        number(rows[drift, n, 36]), number(rows[drift, n, 37]), number(rows[drift, n, 38]),
+        number(rows[drift, n, 39]), number(rows[drift, n, 40]), number(rows[drift, n, 41]),
+        number(rows[drift, n, 42]), number(rows[drift, n, 43]), number(rows[drift, n, 44]),
+        number(rows[drift, n, 45]), number(rows[drift, n, 46]),
     )  # fmt: skip
     return rotation, constants
-
-
-def _search_loop(distance: Distance) -> Kernel:
-    @inlined_variant
-    def loop(first, last, position, velocity, rho, rows, n, fields, seconds):  # type: ignore[no-untyped-def]
-        """Return the least gap, m, that is left after so many s if all move towards the shape."""
-        number = velocity.dtype.type
-        rotation, constants = _constants_of(rows, 0, n, number)
-        px, py, pz = number(rows[0, n, 9]), number(rows[0, n, 10]), number(rows[0, n, 11])
-        inset, h, far = number(rows[0, n, 24]), number(seconds), number(GHOST)
-        nearest = far
-        for i in range(first, last):
-            x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
-            gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
-            u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-            gap += inset - h * np.sqrt(u * u + v * v + w * w)
-            # False for a ghost, which is so far away that its distance may not be finite.
-            nearest = gap if gap < nearest else nearest
-        return nearest
-
-    return loop
 
 
 def _particle_loop(distance: Distance, moving: bool) -> Kernel:
@@ -106,7 +85,7 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
     ):  # fmt: skip
         number = velocity.dtype.type
         zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
-        rotation, constants = _constants_of(rows, drift, n, number)
+        rotation, constants = constants_of(rows, drift, n, number)
         px, py, pz = (
             number(rows[drift, n, 9]),
             number(rows[drift, n, 10]),
@@ -140,9 +119,9 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
         slop, allowed, share = (
             number(rows[drift, n, 27]),
             number(rows[drift, n, 27] + rows[drift, n, 28]),
-            number(_SHARE),
+            number(1.0 - np.exp(-np.float64(h) / _CORRECTED)),
         )
-        per_h = one / h
+        per_h, hard = one / h, number(rows[drift, n, 29])
         gx, gy, gz = gravity
         jx = jy = jz = lx = ly = lz = work = touched = zero
         for i in range(first, last):
@@ -172,7 +151,8 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             push = push if touch else zero
             # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
             # a jump of the position would shake the springs.
-            left = share * max(depth - allowed - push * h, zero)
+            left = max(depth - allowed - push * h, zero)
+            left = max(share * left, left - hard)
             left = left if touch else zero
             squared = u * u + v * v + w * w
             # At most the whole sliding velocity; the reciprocal root is fast.
@@ -237,12 +217,12 @@ def _contact(distance: Distance) -> Kernel:
     return choose
 
 
-_with_plane, _to_plane = _contact(plane.distance), _search_loop(plane.distance)
-_with_sphere, _to_sphere = _contact(sphere.distance), _search_loop(sphere.distance)
-_with_capsule, _to_capsule = _contact(capsule.distance), _search_loop(capsule.distance)
-_with_box, _to_box = _contact(box.distance), _search_loop(box.distance)
-_with_cylinder, _to_cylinder = _contact(cylinder.distance), _search_loop(cylinder.distance)
-_with_mesh, _to_mesh = _contact(mesh_distance.distance), _search_loop(mesh_distance.distance)
+_with_plane = _contact(plane.distance)
+_with_sphere = _contact(sphere.distance)
+_with_capsule = _contact(capsule.distance)
+_with_box = _contact(box.distance)
+_with_cylinder = _contact(cylinder.distance)
+_with_mesh = _contact(mesh_distance.distance)
 
 # Sweeps over the colliders where several may touch the same particles.
 _SWEEPS = 2
@@ -348,75 +328,3 @@ def compose(kinds: Set[int]) -> Kernel:
                         )  # fmt: skip
 
     return resolve
-
-
-@functools.cache
-def compose_search(kinds: Set[int]) -> Kernel:
-    """
-    Compile the search for the blocks of particles that colliders may touch in a batch.
-
-    Parameters of the kernel
-    ------------------------
-    position, velocity, begin, end
-        Of the sheet, as in `Grid` and `State`.
-    seconds
-        Length of the batch, s.
-    contacts
-        A `ContactTable`, whose `active` is written.
-    approaches
-        By how much each collider may move in the batch, m, shape (colliders,).
-    clearances
-        Receives a bound of the distance that is left between the sheet and each collider, m.
-
-    """
-    has_plane, has_sphere = plane.KIND in kinds, sphere.KIND in kinds
-    has_capsule, has_box = capsule.KIND in kinds, box.KIND in kinds
-    has_cylinder, has_mesh = cylinder.KIND in kinds, mesh_distance.KIND in kinds
-
-    @kernel
-    def search(position, velocity, begin, end, seconds, contacts, approaches, clearances):  # type: ignore[no-untyped-def]
-        types, rows, active, rho, values, shares, starts, _ = contacts
-        for n in range(len(types)):
-            kind = types[n]
-            fields = (values, shares, np.uint64(starts[n]))
-            clearance = np.inf
-            for block in range(active.shape[1]):
-                first = np.uint64(begin + block * BLOCK)
-                last = np.uint64(min(begin + (block + 1) * BLOCK, end))
-                gap = position[0, first]
-                if has_plane:
-                    if kind == plane.KIND:
-                        gap = _to_plane(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_sphere:
-                    if kind == sphere.KIND:
-                        gap = _to_sphere(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_capsule:
-                    if kind == capsule.KIND:
-                        gap = _to_capsule(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_box:
-                    if kind == box.KIND:
-                        gap = _to_box(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_cylinder:
-                    if kind == cylinder.KIND:
-                        gap = _to_cylinder(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_mesh:
-                    if kind == mesh_distance.KIND:
-                        gap = _to_mesh(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                clearance = min(clearance, gap)
-                # True for NaN.
-                active[n, block] = 0 if gap > approaches[n] else 1
-            clearances[n] = clearance
-
-    return search

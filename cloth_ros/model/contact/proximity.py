@@ -70,11 +70,13 @@ def has_grown(position, begin, end, stride, rho, active, cells):  # type: ignore
 
 
 @exact
-def large_triangles_cut(  # type: ignore[no-untyped-def]
+def triangles_cut(  # type: ignore[no-untyped-def]
     position, begin, end, stride, rho, active, cells, kind, row, fields, depth
 ):
     """
     Return whether a triangle that is larger than `rho` says is deeper in a collider than `depth`.
+
+    With `rho` all 0, every triangle is looked at.
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ from .particle_contact import (
     FRICTION,
     GROWTH,
     INSET,
+    LIMIT,
     POINT,
     ROTATION,
     ROW,
@@ -38,6 +39,8 @@ _FASTEST = 1e6
 _TOLERANCE_SHARE, _TOLERANCE = 1e-3, 1e-5
 # Depth that particles are left in the offset surface, as a share of the blunt radius, and in m.
 _ALLOWANCE_SHARE, _ALLOWANCE = 1e-3, 2e-5
+# m; a depth that is not reached.
+_NEVER = 1e9
 # Roundings of a coordinate within which a particle counts as touching.
 _ROUNDINGS = 8
 
@@ -55,6 +58,9 @@ class ColliderSnapshot(NamedTuple):
     inset: float
     max_penetration: float
     clearance: float
+    total: tuple[float, ...]
+    work: float
+    touching: int
 
 
 class RigidCollider:
@@ -104,6 +110,9 @@ class RigidCollider:
         self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
         self._size = min(self.shape.bounding_radius, extent)
         self._slop = _ROUNDINGS * float(np.finfo(dtype).eps) * (self._size + extent)
+        # Of a plane particles are the deepest points; between them others have triangles.
+        plane = math.isinf(self.shape.inner_radius)
+        self._limit = _ALLOWANCE if plane else _NEVER
         self._allowance = min(_ALLOWANCE_SHARE * self.shape.blunt_radius, _ALLOWANCE)
         # Of particles and of triangles: what the row was made for, and the row.
         self._at_rest: list[tuple[Any, Array] | None] = [None, None]
@@ -169,6 +178,13 @@ class RigidCollider:
         low, high = points.min(axis=1), points.max(axis=1)
         apart = np.maximum(np.maximum(low, -high), 0.0)
         return not float(np.linalg.norm(apart)) > self.shape.bounding_radius + margin
+
+    def may_reach(self, points: Array, margin: float, inputs: Inputs) -> bool:
+        """Return the same for the motion that is commanded."""
+        path = np.array([self.pose, *inputs.collider_paths.get(self.name, ())])
+        moved = float(np.linalg.norm(np.diff(path[:, :3], axis=0), axis=1).sum())
+        turned = len(path) > 1 and math.isinf(self.shape.bounding_radius)
+        return turned or self.grows or self.reaches(points, margin + moved)
 
     # Motion
 
@@ -265,7 +281,7 @@ class RigidCollider:
             rows[:, INSET] = np.maximum(self.inset - GROWTH_SPEED * elapsed, 0.0)
             rows[:, GROWTH] = GROWTH_SPEED * (rows[:, INSET] > 0)
         rows[:, FRICTION], rows[:, SLOP] = self.parameters.friction, self._slop
-        rows[:, ALLOWANCE] = self._allowance
+        rows[:, ALLOWANCE], rows[:, LIMIT] = self._allowance, self._limit
         constants = shape.constants(reference)
         rows[:, SHAPE : SHAPE + len(constants)] = constants
         rows[:, SHAPE + CONSTANTS :] = COMMON
@@ -310,13 +326,16 @@ class RigidCollider:
     def snapshot(self) -> ColliderSnapshot:
         """Return everything that later results depend on."""
         return ColliderSnapshot(
-            self.parameters, self.pose, self.inset, self.max_penetration, self.clearance
-        )
+            self.parameters, self.pose, self.inset, self.max_penetration, self.clearance,
+            tuple(self._total), self.work, self.touching,
+        )  # fmt: skip
 
     def restore(self, snapshot: ColliderSnapshot, *, exact: bool) -> bool:
         """Return to a snapshot; return False if it is one of another shape."""
         self.pose = snapshot.pose
         self.clearance = snapshot.clearance if exact else 0.0
+        self._total, self.work = list(snapshot.total), snapshot.work
+        self.touching = snapshot.touching
         before, now = snapshot.parameters, self.parameters
         names = ('type', 'size', 'radius', 'length', 'mesh')
         same = [getattr(before, each) for each in names] == [getattr(now, each) for each in names]

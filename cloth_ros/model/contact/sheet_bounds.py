@@ -10,7 +10,7 @@ from ..kernels.jit import inlined, kernel
 # Factor on the longest edge: velocities change in a batch, and a small motion is not followed.
 _MARGIN = 1.03
 # Times, s, in which a bound decreases to the size of the triangles, and in which it may double.
-_MEMORY, _RISE = 1.0, 0.25
+_MEMORY, _RISE = 1.0, 1.0
 
 
 @inlined

@@ -64,8 +64,12 @@ def _store(  # type: ignore[no-untyped-def]
     position, velocity, mobility, particles, gravity, after, points, velocities, former, sums,
     least,
 ):  # fmt: skip
-    """Write back the particles that move, and add to the sums, as in `particle_contact`."""
-    touched = 0.0
+    """
+    Write back the particles that move, and add to the sums, as in `particle_contact`.
+
+    Return the greatest change of a position, m.
+    """
+    touched, farthest = 0.0, 0.0
     for n in range(len(particles)):
         i = particles[n]
         inverse_mass = mobility[0, i] * mobility[1, i]
@@ -79,11 +83,10 @@ def _store(  # type: ignore[no-untyped-def]
             velocities[n, 2] - former[n, 2],
         )
         x, y, z = _rotate(after, points[n, 0], points[n, 1], points[n, 2])
-        rise = (
-            gravity[0] * (x + after[POINT] - position[0, i])
-            + gravity[1] * (y + after[POINT + 1] - position[1, i])
-            + gravity[2] * (z + after[POINT + 2] - position[2, i])
-        )
+        dx, dy = x + after[POINT] - position[0, i], y + after[POINT + 1] - position[1, i]
+        dz = z + after[POINT + 2] - position[2, i]
+        rise = gravity[0] * dx + gravity[1] * dy + gravity[2] * dz
+        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
         if u == 0.0 and v == 0.0 and w == 0.0 and abs(rise) <= least:
             continue
         touched += 1.0
@@ -104,6 +107,7 @@ def _store(  # type: ignore[no-untyped-def]
         velocity[2, i] += w
     sums[7] += touched
     sums[8] = touched
+    return np.sqrt(farthest)
 
 
 @exact
@@ -134,8 +138,9 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
 
     Returns
     -------
-    (float, bool, bool, bool)
-        Depth, touch and force as from `resolve_contact`; whether there are pinned particles.
+    (float, bool, bool, bool, float)
+        Depth, touch and force as from `resolve_contact`; whether there are pinned particles; and
+        the greatest correction of a position, m.
 
     """
     number = len(particles)
@@ -151,15 +156,16 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
         points, velocities, inverse_masses, triangles, shape, outer, inner, after[FRICTION], h,
         tolerance,
     )  # fmt: skip
+    farthest = 0.0
     if touched:
-        _store(
+        farthest = _store(
             position, velocity, mobility, particles, gravity, after, points, velocities, former,
             sums, 1e-9,
         )  # fmt: skip
     pinned = False
     for n in range(number):
         pinned = pinned or inverse_masses[n] == 0.0
-    return depth, touched, forced, pinned
+    return depth, touched, forced, pinned, farthest
 
 
 @exact

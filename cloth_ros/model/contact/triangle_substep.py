@@ -38,7 +38,7 @@ class TriangleSubstep:
         self._broad_phases: dict[str, BroadPhase] = {}
 
     def invalidate(self) -> None:
-        """Discard candidates: their order must not depend on what happened before a batch."""
+        """Discard candidates: sheet or colliders were placed from outside."""
         for each in self._broad_phases.values():
             each.invalidate()
 
@@ -87,14 +87,14 @@ class TriangleSubstep:
             return False, False
         sums = np.zeros(SUMS)
         inner = max(shape.inner_radius - collider.inset, _LEAST * shape.inner_radius)
-        depth, touched, forced, pinned = resolve_triangles(
+        depth, touched, forced, pinned, farthest = resolve_triangles(
             state.position, state.velocity, state.mobility, particles, triangles, h,
             self._gravity, collider.triangle_kind, before, after, self._fields.of(collider),
             outer, inner, collider.tolerance, sums,
         )  # fmt: skip
         collider.max_penetration = depth
         if touched:
-            broad_phase.invalidate()
+            broad_phase.reduce_clearance(farthest)
         if forced and depth > 0.0 and not pinned:
             # Particles are too fast to be pushed out: the collider shrinks to the room there is.
             collider.inset = min(collider.inset + depth, _SHRUNK * shape.inner_radius)

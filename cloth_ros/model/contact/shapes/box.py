@@ -38,10 +38,11 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     mb = (one if b >= most else zero) * (one - ma)
     mc = one - ma - mb
     second = max(min(a, b), min(max(a, b), c))  # the median
-    # Both axes where they are equal: a symmetric scene stays so.
-    na = (one if a >= second else zero) * (one - ma)
-    nb = (one if b >= second else zero) * (one - mb)
-    nc = (one if c >= second else zero) * (one - mc)
+    # Both axes where they are equal but for rounding: a symmetric scene stays so.
+    tie = second - constants[TINY]
+    na = (one if a >= tie else zero) * (one - ma)
+    nb = (one if b >= tie else zero) * (one - mb)
+    nc = (one if c >= tie else zero) * (one - mc)
     ramp = rho + constants[SLOPE] * second
     tilt = constants[SLOPE] if ramp > zero else zero
     stretch = one / np.sqrt(one + tilt * tilt * (na + nb + nc))

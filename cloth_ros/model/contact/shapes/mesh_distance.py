@@ -30,9 +30,10 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
         (y + constants[1]) * per_cell,
         (z + constants[2]) * per_cell,
     )
-    a = min(max(x, zero), constants[5])
-    b = min(max(y, zero), constants[6])
-    c = min(max(z, zero), constants[7])
+    # False for NaN, which must not become an index.
+    a = min(x, constants[5]) if x > zero else zero
+    b = min(y, constants[6]) if y > zero else zero
+    c = min(z, constants[7]) if z > zero else zero
     fa = np.floor(min(a, constants[5] - one))
     fb = np.floor(min(b, constants[6] - one))
     fc = np.floor(min(c, constants[7] - one))

@@ -24,8 +24,8 @@ RAMP = 2.5
 # Numbers that describe a shape to a kernel, and where these common ones follow them: literals
 # would turn single precision into double.
 CONSTANTS = 11
-ZERO, ONE, HALF, TINY, SLOPE = range(CONSTANTS, CONSTANTS + 5)
-COMMON = (0.0, 1.0, 0.5, 1e-12, 1 / RAMP)
+ZERO, ONE, HALF, TINY, SLOPE, FAR = range(CONSTANTS, CONSTANTS + 6)
+COMMON = (0.0, 1.0, 0.5, 1e-12, 1 / RAMP, 1e9)
 
 
 @dataclass(frozen=True)

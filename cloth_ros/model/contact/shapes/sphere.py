@@ -8,7 +8,7 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import HALF, ONE, TINY, Shape, to_world
+from .shape import FAR, HALF, ONE, TINY, Shape, to_world
 
 KIND = 1
 
@@ -26,6 +26,7 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     nx, ny, nz = to_world(rotation, constants[1], constants[2], constants[3])
     one = constants[ONE]
     s = nx * x + ny * y + nz * z + constants[HALF] * kappa * (x * x + y * y + z * z)
+    s = min(s, constants[FAR])  # of a ghost, whose square is no number in single precision
     root = np.sqrt(max(one + (kappa + kappa) * s, constants[TINY]))
     offset = rho * rho * kappa / (np.sqrt(one + kappa * kappa * rho * rho) + one)
     scale = one / root
