@@ -36,8 +36,6 @@ from .particle_contact import TOUCHED
 from .rigid_collider import GROWTH_SPEED, ColliderSnapshot, RigidCollider
 from .triangle_substep import TriangleSubstep
 
-# A collider is small, if its blunt radius is below so many circumradii of the triangles.
-_SMALL = 1.5
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
 _TRAVEL = 0.25
 # Batches that are made substep by substep after one that had to be repeated.
@@ -223,7 +221,7 @@ class Contact:
         if collider.inset > 0.5 * shape.inner_radius:
             return True
         # True for NaN.
-        return shape.blunt_radius < _SMALL * self._rho or not travel < _TRAVEL * shape.inner_radius
+        return collider.small or not travel < _TRAVEL * shape.inner_radius
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
         self._fastest = max(self._fastest, max_speed(state))

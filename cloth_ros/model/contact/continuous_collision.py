@@ -31,7 +31,7 @@ _POSITION_PASSES = 50
 # Advances in one substep, beyond which everything in reach moves with the collider.
 _MAX_ADVANCES = 200
 # Fewer for many triangles: a substep must end in milliseconds.
-_WORK, _LEAST_ADVANCES = 4000, 4
+_WORK, _LEAST_ADVANCES = 1000, 2
 # Share of the tolerance by which a contact may deepen in an advance without a further impulse.
 _CREEP = 1e-2
 # Travel of a particle in one advance, in radii of the ball, from which its triangles might change

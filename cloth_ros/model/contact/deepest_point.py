@@ -14,7 +14,8 @@ from .shapes import capsule
 
 _ITERATIONS = 30
 _BISECTIONS = 30
-# Golden ratio: larger part of a section.
+# Sections of a line, and the golden ratio: the larger part of a section.
+_SECTIONS = 18
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
@@ -83,7 +84,7 @@ def _by_golden_sections(points, a, b, c, shape, tolerance):  # type: ignore[no-u
         side = abs(points[b, axis] - points[a, axis]) + abs(points[c, axis] - points[a, axis])
         longest = max(longest, side)
     # Each section leaves 0.62 of the interval.
-    sections = min(max(int(np.log(max(longest / tolerance, 2.0)) / 0.48), 8), 50)
+    sections = min(max(int(np.log(max(longest / tolerance, 2.0)) / 0.48), 8), _SECTIONS)
     low, high = 0.0, 1.0
     near, far = 1.0 - _GOLDEN, _GOLDEN
     at_near, _ = _along(points, a, b, c, near, shape, sections)
@@ -110,7 +111,7 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
     The distance from a convex shape is a convex function.  It is minimised over the weights of
     the corners by pairwise steps of Frank and Wolfe (S. Lacoste-Julien, M. Jaggi, "On the global
     linear convergence of Frank-Wolfe optimization variants", NIPS 2015), from the best of a few
-    points.  They may stop inside the shape, where the distance has creases: then by golden sections
+    points.  They may stop inside the shape, where the distance has creases: then by golden section
     along lines between golden sections of two sides.  In a mesh that is not convex the result is a
     local minimum.
 

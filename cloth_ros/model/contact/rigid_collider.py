@@ -29,6 +29,8 @@ from .shapes import shape_of
 from .shapes.capsule import capsule
 from .shapes.shape import COMMON, CONSTANTS
 
+# A collider is small, if its blunt radius is below so many circumradii of the triangles.
+_SMALL = 1.5
 # Speed, m/s, at which a collider grows that was placed inside the sheet.
 GROWTH_SPEED = 0.5
 # Inset, m, below which a collider has reached its size: times are rounded.
@@ -86,6 +88,8 @@ class RigidCollider:
         Most work that it has done on the sheet since this was reset, J for cells of 1 kg.
     touching
         Number of particles that touched it in the last substep.
+    small
+        True if it may get between particles: only triangles are enough to stop it.
     clearance
         Distance, m, by which collider and sheet can still approach each other without a touch; 0
         or less if it is unknown.
@@ -100,8 +104,13 @@ class RigidCollider:
         self.shape = shape_of(parameters, rho)
         # About the origin: a sphere has no other reference point than on its surface.
         self._triangle_shape = self.shape
+        self._centre, self._turn = np.zeros(3), np.eye(3)
         if parameters.type == 'sphere':
             self._triangle_shape = capsule(parameters.radius, 0.0)
+        self.small = self.shape.blunt_radius < _SMALL * rho
+        if self.small and self.shape.enclosing is not None:
+            radius, length, self._centre, self._turn = self.shape.enclosing
+            self._triangle_shape = capsule(radius, length)
         self.tolerance = min(_TOLERANCE_SHARE * self.shape.inner_radius, _TOLERANCE)
         self.inset = self.max_penetration = 0.0
         self.clearance = 0.0
@@ -145,6 +154,11 @@ class RigidCollider:
     def kind(self) -> int:
         """Number of the branch in the kernels."""
         return self.shape.kind
+
+    @property
+    def triangle_radii(self) -> tuple[float, float]:
+        """Of balls about the reference point that contain, and are in, what triangles meet, m."""
+        return self._triangle_shape.bounding_radius, self._triangle_shape.inner_radius
 
     @property
     def triangle_kind(self) -> int:
@@ -264,10 +278,12 @@ class RigidCollider:
         )
         matrices = rotation_matrices(poses[:, 3:])
         shape = self._triangle_shape if triangles else self.shape
-        reference = np.zeros(3)
+        reference = self._centre
         if not triangles:
             reference = shape.reference(matrices[0].T @ (origin - poses[0, :3]))
         points = poses[:, :3] - origin + matrices @ reference
+        if triangles:  # about the centre of what they meet, and along its axes
+            matrices, reference = matrices @ self._turn, np.zeros(3)
         rows[:, ROTATION:POINT] = matrices[1:].reshape(-1, 9)
         rows[:, POINT:SPIN] = points[1:]
         if not still:

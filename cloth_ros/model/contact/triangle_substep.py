@@ -73,7 +73,7 @@ class TriangleSubstep:
         before = collider.rows(state.origin, times[[0, 0]], triangles=True)[0]
         after = collider.rows(state.origin, times, triangles=True)[0]
         shape = collider.shape
-        outer = shape.bounding_radius
+        outer, inner = collider.triangle_radii
         approach = h * (fastest + collider.surface_speed(outer))
         broad_phase.reduce_clearance(approach)
         collider.max_penetration = 0.0
@@ -86,7 +86,7 @@ class TriangleSubstep:
         if not len(particles):
             return False, False
         sums = np.zeros(SUMS)
-        inner = max(shape.inner_radius - collider.inset, _LEAST * shape.inner_radius)
+        inner = max(inner - collider.inset, _LEAST * inner)
         depth, touched, forced, pinned, farthest = resolve_triangles(
             state.position, state.velocity, state.mobility, particles, triangles, h,
             self._gravity, collider.triangle_kind, before, after, self._fields.of(collider),
@@ -105,7 +105,7 @@ class TriangleSubstep:
     def depth(self, collider: RigidCollider, state: State) -> float:
         """Return the greatest depth of a triangle in a collider, m, or 0."""
         row = collider.rows(state.origin, np.zeros(2), triangles=True)[0]
-        outer, centre = collider.shape.bounding_radius, row[POINT:SPIN]
+        outer, centre = collider.triangle_radii[0], row[POINT:SPIN]
         particles, triangles = BroadPhase(self._grid).find(state, 0.0, centre, centre, outer, 0.0)
         if not len(particles):
             return 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import ONE, SLOPE, TINY, ZERO, Shape, to_local, to_world
+from .shape import ONE, SLOPE, TINY, ZERO, Shape, enclosing_capsule, to_local, to_world
 
 KIND = 3
 
@@ -72,4 +73,13 @@ def box(size: Sequence[float]) -> Shape:
         return (*(point - half), *(point + half))
 
     inner, middle, _ = np.sort(half)
-    return Shape(KIND, math.hypot(*half), float(inner), float(middle), constants, reference)
+    corners = half * np.array(list(itertools.product((-1, 1), repeat=3)))
+    return Shape(
+        KIND,
+        math.hypot(*half),
+        float(inner),
+        float(middle),
+        constants,
+        reference,
+        enclosing=enclosing_capsule(corners),
+    )

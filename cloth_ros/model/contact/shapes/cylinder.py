@@ -9,7 +9,7 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import ONE, SLOPE, TINY, ZERO, Shape, to_local, to_world
+from .shape import ONE, SLOPE, TINY, ZERO, Enclosing, Shape, to_local, to_world
 
 KIND = 4
 
@@ -64,4 +64,5 @@ def cylinder(radius: float, length: float) -> Shape:
         radius,
         constants,
         reference,
+        enclosing=Enclosing(radius, length, np.zeros(3), np.eye(3)),
     )

@@ -12,7 +12,7 @@ from . import mesh_distance
 from .distance_grid import choose_cell, inner_radius
 from .mesh import Mesh, load_mesh, resolve
 from .mesh_cache import cached_distance_grid
-from .shape import Shape
+from .shape import Shape, enclosing_capsule
 
 # Factor on the circumradius of triangles for which offsets are made: cloth stretches.
 _MARGIN = 1.05
@@ -66,6 +66,7 @@ def _mesh_shape(name: str, path: str, changed: int, rho: float) -> Shape:
         # Of the present bound of the circumradius, which is not that of the grid.
         (grid.values.ravel(), grid.share.ravel() * (grid.rho / radius)),
         _triangles(mesh),
+        enclosing_capsule(mesh.vertices),
     )
 
 

@@ -14,6 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import Kernel, inlined
@@ -26,6 +29,40 @@ RAMP = 2.5
 CONSTANTS = 11
 ZERO, ONE, HALF, TINY, SLOPE, FAR = range(CONSTANTS, CONSTANTS + 6)
 COMMON = (0.0, 1.0, 0.5, 1e-12, 1 / RAMP, 1e9)
+
+
+class Enclosing(NamedTuple):
+    """
+    A capsule that contains a shape.
+
+    Attributes
+    ----------
+    radius, length
+        Of the capsule, m.
+    centre
+        In the frame of the shape, m, shape (3,).
+    rotation
+        From the frame of the capsule, whose axis is z, to that of the shape, shape (3, 3).
+
+    """
+
+    radius: float
+    length: float
+    centre: Array
+    rotation: Array
+
+
+def enclosing_capsule(points: Array) -> Enclosing:
+    """Return a capsule about the longest side of the bounding box of points, m, shape (n, 3)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = 0.5 * (low + high)
+    # Cyclic permutations of the axes: the last one becomes the longest.
+    rotation = np.roll(np.eye(3), int(np.argmax(high - low)) - 2, axis=0)
+    local = (points - centre) @ rotation
+    away = np.hypot(local[:, 0], local[:, 1])
+    radius = float(away.max())
+    half = float((np.abs(local[:, 2]) - np.sqrt(np.maximum(radius**2 - away**2, 0.0))).max())
+    return Enclosing(radius, 2 * max(half, 0.0), centre, rotation)
 
 
 @dataclass(frozen=True)
@@ -54,6 +91,8 @@ class Shape:
         Of a mesh: distances at the nodes of a grid, m, and offsets there as shares of ρ, flat.
     triangles
         Of a mesh: corners, m, shape (n, 3, 3).
+    enclosing
+        What the triangles meet instead of the shape where it is small; None: the shape itself.
 
     """
 
@@ -65,6 +104,7 @@ class Shape:
     reference: Callable[[Array], Array]
     fields: tuple[Array, Array] | None = None
     triangles: Array | None = None
+    enclosing: Enclosing | None = None
 
 
 @inlined
