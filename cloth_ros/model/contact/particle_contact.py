@@ -158,7 +158,8 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             # At most the whole sliding velocity; the reciprocal root is fast.
             root = one / np.sqrt(max(squared, tiny))
             grip = min(friction * push * root, one)
-            grip = grip if turned >= back * squared else zero
+            # Not of a ghost either, whose numbers are too large for single precision.
+            grip = grip if touch and turned >= back * squared else zero
             # 0 where nothing touches; so are the changes of velocity below.
             tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
             u, v, w = vx + tx, vy + ty, vz + tz

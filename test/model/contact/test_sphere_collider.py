@@ -174,7 +174,7 @@ def test_many_positions_commanded_between_two_advances_are_passed_from_the_first
     np.testing.assert_allclose(cloth.positions, still, atol=1e-4)
 
 
-@pytest.mark.parametrize('seconds', [5e-324, 1e-160, 1e-20, 1e-9])
+@pytest.mark.parametrize('seconds', [1e-160, 1e-20, 1e-9])
 def test_a_sphere_too_fast_to_be_swept_is_placed_where_it_is_commanded_to(seconds):
     cloth = sphere_cloth(0.1, 0, 0, 2.0, pins=[''])
     cloth.move_sphere((0.0, 0.0, 1.0))
