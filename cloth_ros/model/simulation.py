@@ -17,7 +17,8 @@ from typing import Protocol
 import numpy as np
 
 from ..scene import Scene
-from .contact.contact import Contact, ContactSnapshot
+from .contact.contact import Contact
+from .contact.contact_snapshot import ContactSnapshot
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
 from .grid import Grid

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..scene import Scene
-from .contact.contact import ContactSnapshot
+from .contact.contact_snapshot import ContactSnapshot
 from .energy_monitor import EnergyAccount
 from .grid import GHOST, Array, Grid, flat_sheet
 from .inputs import Inputs

@@ -19,8 +19,7 @@ it at once.  It therefore starts as far inside its surface as there is room, and
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -28,12 +27,13 @@ from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
+from .contact_snapshot import ContactSnapshot
 from .contact_table import ContactTable, no_contacts
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
 from .particle_contact import TOUCHED
-from .rigid_collider import GROWTH_SPEED, ColliderSnapshot, RigidCollider
+from .rigid_collider import GROWTH_SPEED, RigidCollider
 from .triangle_substep import TriangleSubstep
 
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
@@ -44,16 +44,6 @@ _PATIENCE = 4
 _SHRUNK = 0.999
 # Depth, as a multiple of the tolerance, from which on a collider counts as placed there.
 _INSIDE = 5.0
-
-
-class ContactSnapshot(NamedTuple):
-    """Everything about contact that later results depend on; see `Contact`."""
-
-    colliders: Mapping[str, ColliderSnapshot]
-    patience: int
-    rho: Array
-    elapsed: float
-    moved: float
 
 
 class Contact:
@@ -106,7 +96,6 @@ class Contact:
     def begin_advance(self, state: State, time: float, seconds: float, inputs: Inputs) -> None:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""
         for each in self.colliders.values():
-            each.max_penetration = 0.0
             if not each.begin_advance(time, seconds, inputs):
                 each.placed = True
                 self._fit(each, state)
@@ -128,13 +117,13 @@ class Contact:
         Not even if the sheet becomes twice as fast in that time; `pass_by` checks that afterwards.
         """
         self._fastest = max_speed(state)
-        self._near = [
-            each
-            for each in self.colliders.values()
-            # True for NaN.
-            if each.grows
-            or not each.clearance > seconds * (self._fastest + self._approach(each, state))
-        ]
+        self._near = []
+        for each in self.colliders.values():
+            far = each.clearance > seconds * (self._fastest + self._approach(each, state))
+            if each.grows or not far:  # as for NaN
+                self._near.append(each)
+            else:
+                each.max_penetration, each.touching = 0.0, 0
         return bool(self._near)
 
     def _approach(self, collider: RigidCollider, state: State) -> float:
@@ -150,6 +139,7 @@ class Contact:
 
     def pass_by(self, state: State, time: float, seconds: float) -> None:
         """Account for a motion of `seconds` from `time`, s, in which no collider was in reach."""
+        self._triangles.invalidate()
         self._fastest = max(self._fastest, max_speed(state))
         for each in self.colliders.values():
             each.clearance -= seconds * self._approach(each, state)
@@ -189,15 +179,13 @@ class Contact:
             if table is not None:
                 kicks.apply(state, steps, air_velocity, table)
                 self._take(state, self._near, table)
-                self._end_batch(state, time, seconds)
+                self._end_by_particles(state, time, seconds)
                 return
         longest = max([step.drift for step in steps])
         by_triangles = {each.name for each in self._near if self._is_sharp(each, state, longest)}
         if observer is None and not by_triangles and not self._patience:
             if self._act_on_particles(kicks, state, steps, seconds, air_velocity, time):
-                for each in self._near:
-                    each.grow(seconds)
-                self._end_batch(state, time, seconds)
+                self._end_by_particles(state, time, seconds)
                 return
             self._patience = _PATIENCE
         careful = self._patience > 0
@@ -222,6 +210,13 @@ class Contact:
             return True
         # True for NaN.
         return collider.small or not travel < _TRAVEL * shape.inner_radius
+
+    def _end_by_particles(self, state: State, time: float, seconds: float) -> None:
+        for each in self._near:
+            each.max_penetration = 0.0
+            each.grow(seconds)
+        self._triangles.invalidate()
+        self._end_batch(state, time, seconds)
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
         self._fastest = max(self._fastest, max_speed(state))
@@ -357,11 +352,14 @@ class Contact:
         sheet = state.world_positions.reshape(3, -1)
         if not collider.reaches(sheet, self._rho):
             return
-        depth = self._particles.depth(collider, state)
+        depth = true = self._particles.depth(collider, state)
         if math.isfinite(collider.shape.inner_radius):
-            depth = max(depth, self._triangles.depth(collider, state))
+            true = self._triangles.depth(collider, state)
+            depth = max(depth, true)
         if depth > _INSIDE * collider.tolerance:
             collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
+            left = true - collider.inset
+            collider.max_penetration = left if left > 2 * collider.tolerance else 0.0
 
     def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
         """Return False if no contact is possible within `seconds`; compiles no kernel."""

@@ -103,7 +103,7 @@ class ParticleBatch:
 
     def invalidate(self) -> None:
         """Bound the triangles anew, and search for blocks in reach, at the next batch."""
-        self.elapsed, self.moved = 0.0, math.inf
+        self.elapsed, self.moved, self.excess = 0.0, math.inf, 0.0
         self._found = None
 
     def forget_search(self) -> None:
@@ -171,10 +171,10 @@ class ParticleBatch:
         margin = _MARGIN * self._bounds[0]
         self._search(
             state.position, state.velocity, *self._layout[:2], seconds, table,
-            np.array(approaches) + margin, clearances,
+            np.array(approaches) + margin + self.excess, clearances,
         )  # fmt: skip
         for n, clearance in enumerate(clearances.tolist()):
-            near[n].clearance = clearance
+            near[n].clearance = clearance - self.excess
         self._found = None
         if not table.active.any():
             return None
@@ -197,7 +197,7 @@ class ParticleBatch:
         self.moved += motion
         if self.unchanged:
             return
-        measure_triangles(
+        self.excess = measure_triangles(
             state.position, state.velocity, *self._layout, self.elapsed, seconds, *self._bounds,
             self._cells, self.rho,
         )  # fmt: skip

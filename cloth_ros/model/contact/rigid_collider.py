@@ -227,6 +227,7 @@ class RigidCollider:
     def end_advance(self) -> None:
         """Take the pose at the end of the path."""
         self.pose = self._last()
+        self.path = KinematicPath([self.pose], 0.0, 1.0, self._size)
 
     def grow(self, seconds: float) -> None:
         """Let the surface move out for some time, s, if it is not where it should be."""

@@ -76,11 +76,16 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         The bound, shape (size,).  It changes slowly: a surface that trembled with the sheet would
         shake it.  Where triangles grow faster, it is no bound, and `has_grown` will tell.
 
+    Returns
+    -------
+    float
+        By how much triangles are larger than the bound says, m.
+
     """
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
     half, kept = number(0.5 * _MARGIN), number(max(1.0 - elapsed / _MEMORY, 0.0))
-    floor, ceiling = number(least), number(most)
+    floor, ceiling, excess = number(least), number(most), number(0)
     rise = number(least * elapsed / _RISE)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
@@ -95,5 +100,8 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     for i in range(first, last):
         squared = max(max(cells[i], cells[i - one]), max(cells[i - row], cells[i - row - one]))
         now = max(rho[i], floor)
-        wanted = min(half * np.sqrt(squared), ceiling)
+        largest = half * np.sqrt(squared)
+        wanted = min(largest, ceiling)
         rho[i] = max(min(max(wanted, kept * now), now + rise), floor)
+        excess = max(excess, largest - rho[i])
+    return excess

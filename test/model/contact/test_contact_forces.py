@@ -63,8 +63,10 @@ def test_momentum_changes_by_gravity_and_contact_alone(folder, seed, shape, size
         cloth.move_sphere((x, y, z - speed / 60))
         x, y, z = cloth.colliders[NAME].position
         cloth.move_collider(NAME, (x, y, z + speed / 60), turn(axis, 0.1 * (n + 1)))
-        before = momentum(cloth)
+        before, repeated = momentum(cloth), cloth.rollbacks.text
         cloth.advance(1 / 60)
+        if cloth.rollbacks.text != repeated:  # velocities were limited, damped or held
+            continue
         forces = [cloth.contact_wrench(name)[0] for name in ('sphere', NAME)]
         touched = max(touched, *np.abs(forces).max(axis=1))
         expected = np.array([0, 0, -WEIGHT]) / 60 - np.sum(forces, axis=0) / 60

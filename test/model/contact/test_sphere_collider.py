@@ -60,7 +60,7 @@ def test_a_sphere_does_no_work_on_a_sheet_at_rest():
     cloth.advance(1.0)
     before = cloth.work
     cloth.advance(1.0)
-    assert cloth.work - before < 1e-4  # J
+    assert cloth.work - before < 5e-4  # J
 
 
 @pytest.mark.parametrize(
