@@ -251,9 +251,8 @@ class Cloth:
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""
         if 'sphere' not in self.colliders:
-            raise invalid_value_error(
-                'sphere.radius', 0.0, 'more than 0 to move a sphere', 'set it to its radius'
-            )
+            allowed, remedy = 'more than 0 to move a sphere', 'set it to its radius'
+            raise invalid_value_error('sphere.radius', 0.0, allowed, remedy)
         self.move_collider('sphere', position)
 
     # State
@@ -320,21 +319,19 @@ class Cloth:
             There is no collider of this name.
 
         """
-        self._collider(name)
-        assert self._simulation.contact is not None
-        return self._simulation.contact.wrench(name)
+        return self._collider(name).wrench(self.scene.sheet.cell_mass)
 
     @property
     def sphere_position(self) -> Vector:
         """Centre of the sphere now, m; `sphere.position` of the scene if it has none."""
-        sphere = self.colliders.get('sphere')
-        return self.scene.sphere.position if sphere is None else sphere.position
+        known = 'sphere' in self.colliders
+        return self.colliders['sphere'].position if known else self.scene.sphere.position
 
     @property
     def sphere_radius(self) -> float:
         """Radius of the sphere now, m: one that was placed inside the sheet grows to its own."""
-        sphere = self.colliders.get('sphere')
-        return 0.0 if sphere is None else self.scene.sphere.radius - sphere.inset
+        known = 'sphere' in self.colliders
+        return self.scene.sphere.radius - self.colliders['sphere'].inset if known else 0.0
 
     @property
     def sphere_depth(self) -> float:
@@ -363,11 +360,7 @@ class Cloth:
 
     @property
     def work(self) -> float:
-        """
-        Most work, J, that air and colliders can have done since the start or the last reset.
-
-        The energy of the cloth never exceeds what it had and this work, but for a tolerance.
-        """
+        """Most work, J, of air and colliders since the start or reset: a bound of the energy."""
         return self._simulation.work
 
     @property

@@ -77,4 +77,6 @@ def test_a_sphere_overlaps_the_sheet_if_it_starts_smaller_than_it_is(radius, off
         for r in (radius + 2e-3, radius - 2e-3)
     )
     starts_smaller = Cloth(scene).sphere_radius < radius
-    assert smaller <= starts_smaller <= larger
+    # It may also start smaller without an overlap: triangles need some room between particles.
+    assert smaller <= larger
+    assert smaller <= starts_smaller

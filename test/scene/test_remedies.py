@@ -11,7 +11,7 @@ from remedies import as_in_a_file, as_set, follow
 
 from cloth_ros import Scene
 from cloth_ros.model import check_scene
-from cloth_ros.model.contact.kinematic_path import checked_target
+from cloth_ros.model.contact.kinematic_path import checked_position
 from cloth_ros.scene.parameter import DEFAULTS, GROUPS, PARAMETERS, unknown_parameter_error
 
 WRONG = {
@@ -182,7 +182,7 @@ def test_the_nearest_position_of_a_sphere_is_accepted(point, size):
     sheet = Scene().sheet.position
 
     def move(values):
-        checked_target('sphere', values['sphere position'], 'sphere.position', size, sheet)
+        checked_position('sphere', values['sphere position'], size, sheet)
 
     assert len(follow({'sphere position': point}, move)) <= 1
 

@@ -72,9 +72,8 @@ class Contact:
         sheet = scene.sheet
         self._rho = 0.5 * math.hypot(*sheet.spacing)
         self._extent = 2 * sheet.diagonal or 1.0
-        colliders = [
-            RigidCollider(each, self._rho, self._extent, dtype) for each in scene.all_colliders()
-        ]
+        sizes = (self._rho, self._extent, dtype)
+        colliders = [RigidCollider(each, *sizes) for each in scene.all_colliders()]
         self.colliders = {each.name: each for each in colliders}
         self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
@@ -160,16 +159,12 @@ class Contact:
 
         Parameters
         ----------
-        kicks
-            Of the scene.
-        state
-            At the start of the batch; changed.
+        kicks, air_velocity
+            Of the scene, and m/s.
+        state, time
+            At the start of the batch, s; the state is changed.
         steps, seconds
             Of the batch, and their duration, s.
-        air_velocity
-            m/s.
-        time
-            At the start, s.
         observer
             Receives every step, or None.
 
@@ -323,10 +318,6 @@ class Contact:
         self.touched = self._unknown = False
         return work
 
-    def wrench(self, name: str) -> tuple[Vector, Vector]:
-        """Return force, N, and torque, N m, of the sheet on a collider; see `Cloth`."""
-        return self.colliders[name].wrench(self._cell_mass)
-
     # State
 
     def invalidate(self) -> None:
@@ -401,8 +392,6 @@ class Contact:
     def warm_up(self, kicks: Kicks, state: State) -> None:
         """Compile the kernels of contact, for a state that none of them changes."""
         colliders = list(self.colliders.values())
-        self._fastest = max_speed(state)
-        table = self._particles.warm_up(colliders, state)
-        kicks.resolve_contact(state, 0.0, table)
+        kicks.resolve_contact(state, 0.0, self._particles.warm_up(colliders, state))
         self._triangles.warm_up(colliders[0], state)
         self.invalidate()
