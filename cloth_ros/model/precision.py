@@ -22,8 +22,8 @@ Springs and the dashpots along them need no such bound.  Positions rounded by u 
 velocities of a moving cloth by about u X / h near the stability limit, and at random: by much more
 than a unit in the last place of a velocity, but in no preferred direction.  This heats the cloth,
 see `rounding_heating_rate`, and also makes the losses above smaller than their bounds, unless the
-sheet is flat.  Contact, with friction, is computed in double precision; its results are rounded at
-random as well.
+sheet is flat.  Contact of particles is computed in the precision of the sheet: what it adds to a
+velocity is no smaller than the approach that it stops.
 
 V is the speed of a fall by the sheet's diagonal, or of the wind if that is greater.  The loss of
 gravity of a cloth that moves at a constant speed V is up to 8/3 of the above, and that of a faster

@@ -102,9 +102,11 @@ def _squared_distance(points, rows, columns):  # type: ignore[no-untyped-def]
 
 def touches_sphere(cloth: Cloth) -> bool:
     """Return whether the sheet touches the sphere."""
-    radius, sheet = cloth.sphere_radius, cloth.scene.sheet
+    radius, sheet = cloth.scene.sphere.radius, cloth.scene.sheet
     if radius == 0:
         return False
+    if cloth.colliders['sphere'].touching:
+        return True
     points = (cloth.positions - np.array(cloth.sphere_position)).reshape(-1, 3)
     distance = math.sqrt(_squared_distance(points, sheet.rows, sheet.columns))
     return distance <= _TOUCHING * radius + _GAP

@@ -46,6 +46,7 @@ CHANGES = {
     'solver.max_tick': 0.2,
     'solver.overload': 'coarsen',
     'markers.rate': 10.0,
+    'markers.meshes': 'file',
     'markers.springs': True,
 }
 

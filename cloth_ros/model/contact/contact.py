@@ -106,6 +106,8 @@ class Contact:
         if self._pinned:
             for each in self._near:
                 depth = self._particles.depth(each, state, offset=False)
+                if depth > 0 and math.isfinite(each.shape.inner_radius):
+                    depth = max(depth, self._triangles.depth(each, state))
                 if depth > max(2 * each.tolerance, each.max_penetration):
                     each.max_penetration = depth
 
