@@ -319,13 +319,13 @@ class Simulation:
         contact, time = self.contact, self.time
         if contact is not None and contact.may_act(state, seconds):
             contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
-        elif observer is not None:
-            for step in steps:
-                kick_drift.apply(state, (step,), air_velocity)
-                observer.after_drift(state, step, air_velocity)
-                observer.after_contact(state, step)
         else:
-            kick_drift.apply(state, steps, air_velocity)
+            # An observer receives every step.
+            for part in (steps,) if observer is None else [(step,) for step in steps]:
+                kick_drift.apply(state, part, air_velocity)
+                if observer is not None:
+                    observer.after_drift(state, part[0], air_velocity)
+                    observer.after_contact(state, part[0])
             if contact is not None:
                 contact.pass_by(state, time, seconds)
         self.time = time + seconds

@@ -15,7 +15,7 @@ from .shapes import capsule
 _ITERATIONS = 30
 _BISECTIONS = 30
 # Sections of a line, and the golden ratio: the larger part of a section.
-_SECTIONS = 18
+_SECTIONS = 26
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
