@@ -248,7 +248,9 @@ def unit_vector(
         )
     if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
         return vector
-    return tuple(component / length for component in vector)
+    # Subnormal components, which rcl reads as strings, are zero.
+    unit = [component / length for component in vector]
+    return tuple(each if abs(each) >= sys.float_info.min else 0.0 for each in unit)
 
 
 def checked_number(name: str, value: object, low: float, high: float, unit: str) -> float:
