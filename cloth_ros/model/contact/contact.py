@@ -24,16 +24,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...scene import Scene
-from ..grid import Array, Grid
+from ..grid import Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
 from .contact_snapshot import ContactSnapshot
-from .contact_table import ContactTable, no_contacts
+from .contact_table import no_contacts
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
-from .particle_contact import TOUCHED
-from .rigid_collider import GROWTH_SPEED, RigidCollider
+from .rigid_collider import RigidCollider
+from .substep_contact import SubstepContact
 from .triangle_substep import TriangleSubstep
 
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
@@ -82,6 +82,7 @@ class Contact:
             grid, dtype, self._rho, math.hypot(*scene.gravity), colliders, fields
         )
         self._triangles = TriangleSubstep(grid, fields, np.array(scene.gravity))
+        self._substeps = SubstepContact(self._particles, self._triangles)
         self._grid, self._cell_mass = grid, sheet.cell_mass
         self._idle = no_contacts(dtype)
         self._near: list[RigidCollider] = []
@@ -129,14 +130,7 @@ class Contact:
 
     def _approach(self, collider: RigidCollider, state: State) -> float:
         """Return a bound of the speed, m/s, at which collider and sheet approach each other."""
-        return self._fastest + self._surface_speed(collider, state)
-
-    def _surface_speed(self, collider: RigidCollider, state: State) -> float:
-        """Return a bound of the speed, m/s, of a collider where it may touch the sheet."""
-        if not collider.path.moves:
-            return 0.0
-        away = float(np.linalg.norm(state.origin - collider.pose[:3]))
-        return collider.surface_speed(away + 3 * self._extent)
+        return self._fastest + collider.surface_speed(state.origin)
 
     def pass_by(self, state: State, time: float, seconds: float) -> None:
         """Account for a motion of `seconds` from `time`, s, in which no collider was in reach."""
@@ -175,7 +169,7 @@ class Contact:
             table = self._particles.found(state, self._near, seconds, self._fastest)
             if table is not None:
                 kicks.apply(state, steps, air_velocity, table)
-                self._take(state, self._near, table)
+                self._note(self._particles.take(state, self._near, table))
                 self._end_by_particles(state, time, seconds)
                 return
         longest = max([step.drift for step in steps])
@@ -185,13 +179,22 @@ class Contact:
                 self._end_by_particles(state, time, seconds)
                 return
             self._patience = _PATIENCE
-        careful = self._patience > 0
-        self._patience = max(self._patience - 1, 0)
+        if self._patience:
+            by_triangles |= {
+                each.name for each in self._near if math.isfinite(each.shape.inner_radius)
+            }
+            self._patience -= 1
         for step in steps:
             kicks.apply(state, (step,), air_velocity, self._idle)
             if observer is not None:
                 observer.after_drift(state, step, air_velocity)
-            self._resolve_substep(kicks, state, time, step.drift, by_triangles, careful)
+            times = np.array([time, time + step.drift])
+            outcome = self._substeps.resolve(
+                kicks, state, self._near, by_triangles, times, self._fastest
+            )
+            self.touched = self.touched or outcome.touched
+            self._unknown = self._unknown or outcome.unknown
+            self._fastest = outcome.fastest
             time += step.drift
             if observer is not None:
                 observer.after_contact(state, step)
@@ -235,70 +238,22 @@ class Contact:
         """Make a batch with contact of particles; return False, and undo it, if not enough."""
         end = time + seconds
         offsets = np.cumsum([0.0, *[step.drift for step in steps]])
-        table = self._table(state, self._near, time + offsets)
+        table = self._particles.table(state, self._near, time + offsets, self._fastest)
         if table is None:
             kicks.apply(state, steps, air_velocity)
             return True
         before = (state.position.copy(), state.velocity.copy(), kicks.work.copy())
         kicks.apply(state, steps, air_velocity, table)
-        if not self._particles.is_enough(state, self._near, table, end):
+        if self._particles.cut(state, self._near, table, end):
             state.position[...], state.velocity[...], kicks.work[...] = before
             return False
-        self._take(state, self._near, table)
+        self._note(self._particles.take(state, self._near, table))
         return True
 
-    def _table(
-        self, state: State, near: Sequence[RigidCollider], times: Array
-    ) -> ContactTable | None:
-        seconds = float(times[-1] - times[0])
-        approaches = [
-            seconds * (self._surface_speed(each, state) + GROWTH_SPEED * each.grows)
-            for each in near
-        ]
-        return self._particles.table(state, near, times, approaches, self._fastest)
-
-    def _take(self, state: State, near: Sequence[RigidCollider], table: ContactTable) -> None:
-        total = table.sums.sum(axis=1)
-        for n, each in enumerate(near):
-            each.take(table.rows[-1, n], state.origin, total[n])
-            if total[n, TOUCHED]:
-                self.touched = True
-                self._unknown = self._unknown or each.grows
-
-    # By triangles
-
-    def _resolve_substep(
-        self,
-        kicks: Kicks,
-        state: State,
-        time: float,
-        h: float,
-        by_triangles: set[str],
-        careful: bool,
-    ) -> None:
-        """Resolve the contact of a state that has drifted for `h` s from `time`, s."""
-        times = np.array([time, time + h])
-        for_triangles = [
-            each
-            for each in self._near
-            if each.name in by_triangles or (careful and math.isfinite(each.shape.inner_radius))
-        ]
-        others = [each for each in self._near if each not in for_triangles]
-        if others:
-            table = self._table(state, others, times)
-            if table is not None:
-                kicks.resolve_contact(state, h, table)
-                self._take(state, others, table)
-        former, self._fastest = self._fastest, max_speed(state)
-        for each in for_triangles:
-            touched, forced = self._triangles.resolve(
-                each, state, times, max(former, self._fastest)
-            )
-            self.touched = self.touched or touched
-            self._unknown = self._unknown or forced or (touched and each.grows)
-        for each in self._near:
-            each.move_to(time + h)
-            each.grow(h)
+    def _note(self, touching: Sequence[RigidCollider]) -> None:
+        """Take note of colliders that touch the sheet."""
+        self.touched = self.touched or len(touching) > 0
+        self._unknown = self._unknown or True in [each.grows for each in touching]
 
     # Work and forces
 

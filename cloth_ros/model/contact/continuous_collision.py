@@ -25,9 +25,9 @@ import numpy as np
 
 from ..kernels.jit import exact_subroutine
 from .deepest_point import deepest_point, plane_is_beyond
+from .triangle_projection import deepest, project
 
 _VELOCITY_PASSES = 20
-_POSITION_PASSES = 50
 # Advances in one substep, beyond which everything in reach moves with the collider.
 _MAX_ADVANCES = 200
 # Fewer for many triangles: a substep must end in milliseconds.
@@ -125,63 +125,6 @@ def _apply_impulse(  # type: ignore[no-untyped-def]
         velocities[i, 1] += share * (push * normal[1] - grip * v)
         velocities[i, 2] += share * (push * normal[2] - grip * w)
     return True
-
-
-@exact_subroutine
-def _project(points, inverse_masses, triangles, gaps, travel, shape, outer, inner, tolerance):  # type: ignore[no-untyped-def]
-    """
-    Push triangles out of the collider until none is deeper than `tolerance`.
-
-    Triangles had at least these `gaps` to it, and no point has gone farther than `travel`
-    since.  Return whether that was done, and whether pins alone hold some triangle deeper.
-    """
-    weights = np.empty(3)
-    held = False
-    for number in range(_POSITION_PASSES):
-        clear, held = True, False
-        for t in range(len(triangles)):
-            if number == 0 and clear and gaps[t] > travel:  # nothing else has moved it yet
-                continue
-            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            if plane_is_beyond(points, a, b, c, outer - tolerance):
-                continue
-            gap, weights[0], weights[1], weights[2], x, y, z = deepest_point(
-                points, a, b, c, shape, -tolerance, 0.1 * tolerance
-            )
-            if gap >= -tolerance:
-                continue
-            inverse_mass = 0.0
-            most = 0.0
-            for k in range(3):
-                i = triangles[t, k]
-                inverse_mass += inverse_masses[i] * weights[k] * weights[k]
-                most = max(most, inverse_masses[i] * weights[k])
-            if inverse_mass == 0.0:
-                held = True
-                continue
-            clear = False
-            # Near a pinned corner the lever is long: no more than half a radius at a time.
-            push = min(-gap / inverse_mass, 0.5 * inner / most)
-            for k in range(3):
-                i = triangles[t, k]
-                share = inverse_masses[i] * weights[k] * push
-                points[i, 0] += share * x
-                points[i, 1] += share * y
-                points[i, 2] += share * z
-        if clear:
-            return True, held
-    return False, held
-
-
-@exact_subroutine
-def deepest(points, triangles, shape, outer, tolerance):  # type: ignore[no-untyped-def]
-    """Return the greatest depth of a triangle in the collider, m, or 0."""
-    depth = 0.0
-    for t in range(len(triangles)):
-        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-        if not plane_is_beyond(points, a, b, c, outer):
-            depth = max(depth, -deepest_point(points, a, b, c, shape, 0.0, 0.1 * tolerance)[0])
-    return depth
 
 
 @exact_subroutine
@@ -370,7 +313,7 @@ def resolve_contact(  # type: ignore[no-untyped-def]
             _copy_row(start, i, points, i)
             _add_row(points, i, length, velocities, i)
         travel = _travel(points, start)
-        resolved, held = _project(
+        resolved, held = project(
             points, inverse_masses, triangles, gaps, travel, shape, outer, inner, tolerance
         )
         displaced = clearance < inner and _travel(points, start) > _CARRIED * inner

@@ -13,10 +13,10 @@ from ..kernels.thread_pool import CHUNK
 from ..state import State
 from .contact_table import ContactTable
 from .mesh_fields import MeshFields
-from .particle_contact import BLOCK, ROW, SUMS
+from .particle_contact import BLOCK, ROW, SUMS, TOUCHED
 from .particle_search import compose_search
 from .proximity import depth_of_particles, has_grown, triangles_cut
-from .rigid_collider import RigidCollider
+from .rigid_collider import GROWTH_SPEED, RigidCollider
 from .sheet_bounds import measure_triangles
 
 # Least and greatest bound of the circumradius of triangles, as multiples of its value in the flat
@@ -138,7 +138,6 @@ class ParticleBatch:
         state: State,
         near: Sequence[RigidCollider],
         times: Array,
-        approaches: Sequence[float],
         fastest: float,
     ) -> ContactTable | None:
         """
@@ -152,14 +151,16 @@ class ParticleBatch:
             Colliders, whose clearances are set.
         times
             At the start and after each drift, s.
-        approaches
-            By how much the surface of each may move in the batch, m.
         fastest
             Speed of the fastest particle at the start, m/s.
 
         """
         seconds = float(times[-1] - times[0])
         self._measure(state, seconds, seconds * self._speed(fastest, seconds))
+        approaches = [
+            seconds * (each.surface_speed(state.origin) + GROWTH_SPEED * each.grows)
+            for each in near
+        ]
         rows = [each.rows(state.origin, times) for each in near]
         count = max([len(row) for row in rows])
         table = self._empty(tuple([each.kind for each in near]), count)
@@ -186,16 +187,11 @@ class ParticleBatch:
         """Return a bound of the speed, m/s, in a batch: twice that at its start, and a fall."""
         return 2 * fastest + 0.5 * self._gravity * seconds
 
-    @property
-    def unchanged(self) -> bool:
-        """True if triangles are about as large as when they were measured."""
-        return self.moved < self._small
-
     def _measure(self, state: State, seconds: float, motion: float) -> None:
         """Bound the triangles anew, unless they cannot have changed by much."""
         self.elapsed += seconds
         self.moved += motion
-        if self.unchanged:
+        if self.moved < self._small:
             return
         self.excess = measure_triangles(
             state.position, state.velocity, *self._layout, self.elapsed, seconds, *self._bounds,
@@ -223,11 +219,20 @@ class ParticleBatch:
             self._cached[kinds, count] = table
         return table
 
-    def is_enough(
+    def take(
+        self, state: State, near: Sequence[RigidCollider], table: ContactTable
+    ) -> list[RigidCollider]:
+        """Add the sums of a batch to those of the colliders; return those that have touched."""
+        total = table.sums.sum(axis=1)
+        for n, each in enumerate(near):
+            each.take(table.rows[-1, n], state.origin, total[n])
+        return [each for n, each in enumerate(near) if total[n, TOUCHED]]
+
+    def cut(
         self, state: State, near: Sequence[RigidCollider], table: ContactTable, time: float
-    ) -> bool:
+    ) -> list[RigidCollider]:
         """
-        Return whether no triangle cuts a collider: none has become too large, or was left inside.
+        Return the colliders that a triangle cuts: one has become too large, or was left inside.
 
         Parameters
         ----------
@@ -237,8 +242,7 @@ class ParticleBatch:
             Of the batch.
 
         """
-        if self.unchanged:
-            return True
+        found = []
         grown = has_grown(state.position, *self._layout, table.rho, table.active, self._cells)
         gaps = np.empty(len(near))
         self._search(
@@ -248,18 +252,25 @@ class ParticleBatch:
         )  # fmt: skip
         for n, each in enumerate(near):
             # True for NaN.
-            cut = not gaps[n] > -_LEFT
-            if math.isinf(each.shape.inner_radius) or not (grown or cut):
+            inside = not gaps[n] > -_LEFT
+            if inside:
+                self._found = None
+            if math.isinf(each.shape.inner_radius):
+                # Alone, it moves all particles out that it may.
+                if inside and len(near) > 1:
+                    found.append(each)
+                continue
+            if not (grown or inside):
                 continue
             row = each.rows(state.origin, np.array([time, time]), triangles=True)[0]
             # Where a particle is inside of the offset surface, all triangles are looked at.
             if triangles_cut(
-                state.position, *self._layout, self._none if cut else table.rho, table.active[n],
-                self._cells, each.triangle_kind, row, self._fields.of(each),
+                state.position, *self._layout, self._none if inside else table.rho,
+                table.active[n], self._cells, each.triangle_kind, row, self._fields.of(each),
                 _TOO_DEEP * each.tolerance,
             ):  # fmt: skip
-                return False
-        return True
+                found.append(each)
+        return found
 
     def depth(self, collider: RigidCollider, state: State, *, offset: bool = True) -> float:
         """Return the greatest depth, m, of a particle in the offset or the true surface."""

@@ -121,6 +121,7 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             number(rows[drift, n, 27] + rows[drift, n, 28]),
             number(1.0 - np.exp(-np.float64(h) / _CORRECTED)),
         )
+        rounding = slop * slop
         per_h, hard = one / h, number(rows[drift, n, 29])
         gx, gy, gz = gravity
         jx = jy = jz = lx = ly = lz = work = touched = zero
@@ -164,10 +165,16 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
             u, v, w = vx + tx, vy + ty, vz + tz
             velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
+            # What another collider has moved the particle by in this drift is kept.
+            ex = back_buffer[0, i] - (position[0, i] + h * vx)
+            ey = back_buffer[1, i] - (position[1, i] + h * vy)
+            ez = back_buffer[2, i] - (position[2, i] + h * vz)
+            moved = ex * ex + ey * ey + ez * ez > rounding
+            ex, ey, ez = ex if moved else zero, ey if moved else zero, ez if moved else zero
             # From the position before the drift: a particle at rest stays there to the bit.
-            at_x = position[0, i] + h * u + left * nx
-            at_y = position[1, i] + h * v + left * ny
-            at_z = position[2, i] + h * w + left * nz
+            at_x = position[0, i] + h * u + (ex + left * nx)
+            at_y = position[1, i] + h * v + (ey + left * ny)
+            at_z = position[2, i] + h * w + (ez + left * nz)
             back_buffer[0, i] = at_x if touch else back_buffer[0, i]
             back_buffer[1, i] = at_y if touch else back_buffer[1, i]
             back_buffer[2, i] = at_z if touch else back_buffer[2, i]
@@ -278,8 +285,10 @@ def compose(kinds: Set[int]) -> Kernel:
             if again >= len(types) and not repeat:
                 break
             kind = types[n]
-            moves = len(rows) > 1
-            number = drift if moves else 0
+            number = drift if len(rows) > 1 else 0
+            moves = rows[number, n, GROWTH] != 0.0
+            for k in range(SPIN, INSET):
+                moves = moves or rows[number, n, k] != 0.0
             fields = (values, shares, np.uint64(starts[n]))
             block = low
             while block < high:

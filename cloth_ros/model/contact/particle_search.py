@@ -24,14 +24,16 @@ def _search_loop(distance: Distance) -> Kernel:
         number = velocity.dtype.type
         rotation, constants = constants_of(rows, 0, n, number)
         px, py, pz = number(rows[0, n, 9]), number(rows[0, n, 10]), number(rows[0, n, 11])
-        inset, h, far = number(rows[0, n, 24]), number(seconds), number(GHOST)
+        inset, h, far = number(rows[0, n, 24]), number(seconds), number(0.1 * GHOST)
         nearest = far
         for i in range(first, last):
             x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
             gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
             u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
             gap += inset - h * np.sqrt(u * u + v * v + w * w)
-            # False for a ghost, which is so far away that its distance may not be finite.
+            # Not of a ghost, which may be on either side of a plane.
+            gap = gap if position[0, i] < far else far
+            # False for NaN.
             nearest = gap if gap < nearest else nearest
         return nearest
 

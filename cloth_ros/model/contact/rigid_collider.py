@@ -102,6 +102,7 @@ class RigidCollider:
         self.parameters = parameters
         self.name, self.type = parameters.name, parameters.type
         self.shape = shape_of(parameters, rho)
+        self._extent = extent
         # About the origin: a sphere has no other reference point than on its surface.
         self._triangle_shape = self.shape
         self._centre, self._turn = np.zeros(3), np.eye(3)
@@ -180,9 +181,12 @@ class RigidCollider:
         """Rate at which it turns in this advance, rad/s."""
         return self.path.turned / self._seconds if self._seconds else 0.0
 
-    def surface_speed(self, distance: float) -> float:
-        """Return a bound of the speed, m/s, of its points up to `distance`, m, from its origin."""
-        return self.speed + self.spin * min(self.shape.bounding_radius, distance)
+    def surface_speed(self, origin: Array) -> float:
+        """Return a bound of the speed, m/s, of its points near a sheet with this origin, m."""
+        if not self.path.moves:
+            return 0.0
+        away = float(np.linalg.norm(origin - np.array(self.position))) + 3 * self._extent
+        return self.speed + self.spin * min(self.shape.bounding_radius, away)
 
     def reaches(self, points: Array, margin: float) -> bool:
         """Return False if a sheet at points in the world, m, (3, n), is beyond its bounds."""

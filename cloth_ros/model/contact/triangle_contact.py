@@ -11,9 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.jit import exact, exact_subroutine
-from .continuous_collision import deepest, resolve_contact
+from .continuous_collision import resolve_contact
 from .distance import in_own_frame
 from .particle_contact import FRICTION, POINT, SPIN, VELOCITY
+from .triangle_projection import deepest, project
 
 
 @exact_subroutine
@@ -85,10 +86,11 @@ def _store(  # type: ignore[no-untyped-def]
         x, y, z = _rotate(after, points[n, 0], points[n, 1], points[n, 2])
         dx, dy = x + after[POINT] - position[0, i], y + after[POINT + 1] - position[1, i]
         dz = z + after[POINT + 2] - position[2, i]
-        rise = gravity[0] * dx + gravity[1] * dy + gravity[2] * dz
-        farthest = max(farthest, dx * dx + dy * dy + dz * dz)
-        if u == 0.0 and v == 0.0 and w == 0.0 and abs(rise) <= least:
+        squared = dx * dx + dy * dy + dz * dz
+        if u == 0.0 and v == 0.0 and w == 0.0 and squared <= least * least:
             continue
+        farthest = max(farthest, squared)
+        rise = gravity[0] * dx + gravity[1] * dy + gravity[2] * dz
         touched += 1.0
         p, q, r = _rotate(after[SPIN : SPIN + 9], x, y, z)
         p, q, r = p + after[VELOCITY], q + after[VELOCITY + 1], r + after[VELOCITY + 2]
@@ -185,3 +187,33 @@ def deepest_triangle(  # type: ignore[no-untyped-def]
         inverse_masses,
     )  # fmt: skip
     return deepest(points, triangles, (kind, in_own_frame(row), fields), outer, tolerance)
+
+
+@exact
+def push_out_triangles(  # type: ignore[no-untyped-def]
+    position, velocity, mobility, particles, triangles, gravity, kind, row, fields, outer, inner,
+    tolerance, sums,
+):  # fmt: skip
+    """
+    Move triangles out of a collider without velocity; return whether any had to be.
+
+    Parameters are those of `resolve_triangles`.
+    """
+    number = len(particles)
+    points, velocities = np.empty((number, 3)), np.empty((number, 3))
+    inverse_masses = np.empty(number)
+    _load(
+        position, velocity, mobility, particles, 0.0, row, row, points, velocities,
+        inverse_masses,
+    )  # fmt: skip
+    before = sums[7]
+    shape = (kind, in_own_frame(row), fields)
+    project(
+        points, inverse_masses, triangles, np.zeros(len(triangles)), 0.0, shape, outer, inner,
+        tolerance,
+    )  # fmt: skip
+    _store(
+        position, velocity, mobility, particles, gravity, row, points, velocities, velocities,
+        sums, 1e-9,
+    )  # fmt: skip
+    return sums[7] > before

@@ -10,7 +10,7 @@ from .broad_phase import BroadPhase
 from .mesh_fields import MeshFields
 from .particle_contact import POINT, SPIN, SUMS, TOUCHED
 from .rigid_collider import RigidCollider
-from .triangle_contact import deepest_triangle, resolve_triangles
+from .triangle_contact import deepest_triangle, push_out_triangles, resolve_triangles
 
 # Least share of its inner radius that a collider keeps while it grows.
 _LEAST = 0.1
@@ -74,15 +74,17 @@ class TriangleSubstep:
         after = collider.rows(state.origin, times, triangles=True)[0]
         shape = collider.shape
         outer, inner = collider.triangle_radii
-        approach = h * (fastest + collider.surface_speed(outer))
+        approach = h * (fastest + collider.surface_speed(state.origin))
         broad_phase.reduce_clearance(approach)
         collider.max_penetration = 0.0
         collider.touching = 0
+        collider.clearance = broad_phase.clearance
         if broad_phase.clearance > 0:
             return False, False
         particles, triangles = broad_phase.find(
             state, h, before[POINT:SPIN], after[POINT:SPIN], outer, approach
         )
+        collider.clearance = broad_phase.clearance
         if not len(particles):
             return False, False
         sums = np.zeros(SUMS)
@@ -95,6 +97,7 @@ class TriangleSubstep:
         collider.max_penetration = depth
         if touched:
             broad_phase.reduce_clearance(farthest)
+            collider.clearance -= farthest
         if forced and depth > 0.0 and not pinned:
             # Particles are too fast to be pushed out: the collider shrinks to the room there is.
             collider.inset = min(collider.inset + depth, _SHRUNK * shape.inner_radius)
@@ -102,13 +105,46 @@ class TriangleSubstep:
         collider.take(after, state.origin, sums)
         return bool(sums[TOUCHED]), forced
 
+    def push_out(self, collider: RigidCollider, state: State, time: float) -> bool:
+        """
+        Move triangles out of a collider without velocity; return whether any had to be.
+
+        Parameters
+        ----------
+        collider, state
+            The collider, and the state, which is changed.
+        time
+            At which both are, s.
+
+        """
+        row = collider.rows(state.origin, np.array([time, time]), triangles=True)[0]
+        particles, triangles = self._all_near(collider, state, row)
+        if not len(particles):
+            return False
+        sums = np.zeros(SUMS)
+        outer, inner = collider.triangle_radii
+        inner = max(inner - collider.inset, _LEAST * inner)
+        pushed: bool = push_out_triangles(
+            state.position, state.velocity, state.mobility, particles, triangles, self._gravity,
+            collider.triangle_kind, row, self._fields.of(collider), outer, inner,
+            collider.tolerance, sums,
+        )  # fmt: skip
+        if pushed:  # what the broad phases know is out of date
+            self.invalidate()
+        return pushed
+
+    def _all_near(self, collider: RigidCollider, state: State, row: Array) -> tuple[Array, Array]:
+        """Return the particles in reach of a collider, and their triangles."""
+        outer, centre = collider.triangle_radii[0], row[POINT:SPIN]
+        return BroadPhase(self._grid).find(state, 0.0, centre, centre, outer, 0.0)
+
     def depth(self, collider: RigidCollider, state: State) -> float:
         """Return the greatest depth of a triangle in a collider, m, or 0."""
         row = collider.rows(state.origin, np.zeros(2), triangles=True)[0]
-        outer, centre = collider.triangle_radii[0], row[POINT:SPIN]
-        particles, triangles = BroadPhase(self._grid).find(state, 0.0, centre, centre, outer, 0.0)
+        particles, triangles = self._all_near(collider, state, row)
         if not len(particles):
             return 0.0
+        outer = collider.triangle_radii[0]
         depth: float = deepest_triangle(
             state.position, state.velocity, state.mobility, particles, triangles,
             collider.triangle_kind, row, self._fields.of(collider), outer, collider.tolerance,
@@ -127,3 +163,7 @@ class TriangleSubstep:
             1.0, 1.0, 1e-5, np.zeros(SUMS),
         )  # fmt: skip
         deepest_triangle(*sheet, none, triangles, collider.triangle_kind, row, fields, 1.0, 1e-5)
+        push_out_triangles(
+            *sheet, none, triangles, self._gravity, collider.triangle_kind, row, fields, 1.0, 1.0,
+            1e-5, np.zeros(SUMS),
+        )  # fmt: skip

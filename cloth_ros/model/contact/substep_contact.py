@@ -1,0 +1,133 @@
+"""Contact of a single substep: of particles, of triangles, and of both with several colliders."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..grid import Array
+from ..state import State, max_speed
+from .interfaces import Kicks
+from .particle_batch import ParticleBatch
+from .rigid_collider import RigidCollider
+from .triangle_substep import TriangleSubstep
+
+# Sweeps over the colliders that touch the sheet, in which each moves it out again of where another
+# one has moved it.
+_SWEEPS = 8
+
+
+class SubstepOutcome(NamedTuple):
+    """
+    What has happened in a substep.
+
+    Attributes
+    ----------
+    touched
+        True if a collider has touched the sheet.
+    unknown
+        True if the work that it did cannot be said.
+    fastest
+        Speed of the fastest particle after the drift, m/s.
+
+    """
+
+    touched: bool
+    unknown: bool
+    fastest: float
+
+
+class SubstepContact:
+    """
+    Resolves the contact of single substeps.
+
+    Parameters
+    ----------
+    particles, triangles
+        The two ways of contact.
+
+    """
+
+    def __init__(self, particles: ParticleBatch, triangles: TriangleSubstep) -> None:
+        self._particles, self._triangles = particles, triangles
+
+    def resolve(
+        self,
+        kicks: Kicks,
+        state: State,
+        near: Sequence[RigidCollider],
+        by_triangles: set[str],
+        times: Array,
+        former: float,
+    ) -> SubstepOutcome:
+        """
+        Resolve the contact of a state that has drifted.
+
+        Parameters
+        ----------
+        kicks
+            Of the scene.
+        state
+            After the drift; changed.
+        near, by_triangles
+            Colliders in reach, and the names of those that particles are not enough for.
+        times
+            Before and after the drift, s, shape (2,).
+        former
+            Speed of the fastest particle before the drift, m/s.
+
+        """
+        h = times[1] - times[0]
+        triangles = [each for each in near if each.name in by_triangles]
+        others = [each for each in near if each.name not in by_triangles]
+        touching, cut = self._by_particles(kicks, state, others, times, former)
+        unknown = True in [each.grows for each in touching]
+        fastest = max_speed(state)
+        for each in [*triangles, *cut]:
+            touched, forced = self._triangles.resolve(each, state, times, max(former, fastest))
+            unknown = unknown or forced or (touched and each.grows)
+            if touched and each not in touching:
+                touching.append(each)
+        if len(touching) > 1:
+            unknown = self._sweep(kicks, state, touching, times) or unknown
+        for each in near:
+            each.move_to(times[1])
+            each.grow(h)
+        return SubstepOutcome(len(touching) > 0, unknown, fastest)
+
+    def _by_particles(
+        self,
+        kicks: Kicks,
+        state: State,
+        near: Sequence[RigidCollider],
+        times: Array,
+        fastest: float,
+    ) -> tuple[list[RigidCollider], list[RigidCollider]]:
+        """Return which colliders have touched the sheet, and which still cut triangles."""
+        table = self._particles.table(state, near, times, fastest) if near else None
+        if table is None:
+            return [], []
+        kicks.resolve_contact(state, times[1] - times[0], table)
+        touching = self._particles.take(state, near, table)
+        cut = self._particles.cut(state, near, table, times[1])
+        return touching, [each for each in cut if math.isfinite(each.shape.inner_radius)]
+
+    def _sweep(
+        self, kicks: Kicks, state: State, touching: Sequence[RigidCollider], times: Array
+    ) -> bool:
+        """Move the sheet out of all colliders that touch it; return whether it had to move."""
+        planes = [each for each in touching if math.isinf(each.shape.inner_radius)]
+        bodies = [each for each in touching if each not in planes]
+        for number in range(_SWEEPS):
+            pushed = False
+            for each in bodies:
+                pushed = self._triangles.push_out(each, state, times[1]) or pushed
+            for each in planes:
+                if self._particles.depth(each, state, offset=False) > each.tolerance:
+                    pushed = True
+            if planes and pushed:
+                self._by_particles(kicks, state, planes, times, max_speed(state))
+            if not pushed:
+                return number > 0
+        return True
