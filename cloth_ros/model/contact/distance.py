@@ -21,7 +21,8 @@ def distance_from(kind, row, fields, x, y, z, rho):  # type: ignore[no-untyped-d
     x, y, z
         The point, m, from the reference point in the axes of the state.
     rho
-        Circumradius of triangles, m; 0: for the distance from the true surface.
+        Circumradius of triangles, m; 0: for the distance from the true surface, or from a surface
+        that encloses it, see `mesh_distance.MARGIN`.
 
     """
     constants = (
@@ -42,6 +43,7 @@ def distance_from(kind, row, fields, x, y, z, rho):  # type: ignore[no-untyped-d
     elif kind == cylinder.KIND:
         d, a, b, c = cylinder.distance(x, y, z, rotation, constants, rho, fields)
     else:
+        rho = rho + row[SHAPE + mesh_distance.MARGIN]
         d, a, b, c = mesh_distance.distance(x, y, z, rotation, constants, rho, fields)
     return d + row[INSET], a, b, c
 

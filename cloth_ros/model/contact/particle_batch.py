@@ -13,10 +13,11 @@ from ..kernels.thread_pool import CHUNK
 from ..state import State
 from .contact_table import ContactTable
 from .mesh_fields import MeshFields
-from .particle_contact import BLOCK, ROW, SUMS, TOUCHED
+from .particle_contact import BLOCK, ROW, SHAPE, SUMS, TOUCHED
 from .particle_search import compose_search
 from .proximity import depth_of_particles, has_grown, triangles_cut
 from .rigid_collider import GROWTH_SPEED, RigidCollider
+from .shapes import mesh_distance
 from .sheet_bounds import measure_triangles
 
 # Least and greatest bound of the circumradius of triangles, as multiples of its value in the flat
@@ -263,6 +264,10 @@ class ParticleBatch:
             if not (grown or inside):
                 continue
             row = each.rows(state.origin, np.array([time, time]), triangles=True)[0]
+            if each.triangle_kind == mesh_distance.KIND:
+                # The triangles between particles in the offset may come as near as the surface.
+                row = row.copy()
+                row[SHAPE + mesh_distance.MARGIN] = 0.0
             # Where a particle is inside of the offset surface, all triangles are looked at.
             if triangles_cut(
                 state.position, *self._layout, self._none if inside else table.rho,

@@ -8,6 +8,10 @@ from ...kernels.jit import inlined
 from .shape import ONE, TINY, ZERO, to_local, to_world
 
 KIND = 5
+# Number of the constant that is the circumradius, m, whose offset is as large as the error of the
+# grid.  Triangles are kept out of that offset: at sharp edges the true surface is outside of the
+# interpolated one.
+MARGIN = 8
 
 
 @inlined
@@ -18,7 +22,7 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     `fields` has the distances and the shares of ρ of the nodes, flat, and where those of this mesh
     begin; the constants are the
     reference point from the first node, the reciprocal of the cell, the cell, and the number of
-    cells along each axis.
+    cells along each axis; `MARGIN` is not used here.
     """
     values, shares, start = fields
     zero, one = constants[ZERO], constants[ONE]

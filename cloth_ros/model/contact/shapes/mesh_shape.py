@@ -16,6 +16,8 @@ from .shape import Shape, enclosing_capsule
 
 # Factor on the circumradius of triangles for which offsets are made: cloth stretches.
 _MARGIN = 1.05
+# Factor on the error of the grid: where that is greatest, the share of the offset is 0.9 or more.
+_ERRORS = 1.1
 
 
 def mesh_shape(name: str, path: str, rho: float) -> Shape:
@@ -53,7 +55,8 @@ def _mesh_shape(name: str, path: str, changed: int, rho: float) -> Shape:
     cells = np.array(grid.values.shape) - 1
 
     def constants(point: Array) -> Sequence[float]:
-        return (*(point - grid.origin), 1 / grid.cell, grid.cell, *cells)
+        frame = (*(point - grid.origin), 1 / grid.cell, grid.cell, *cells)
+        return (*frame, _ERRORS * grid.error)
 
     extents = np.sort(0.5 * (mesh.upper - mesh.lower))
     return Shape(
