@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -65,6 +67,18 @@ class StopSignal:
     def defer(self) -> None:
         """Raise no exception from here on: the caller polls `requested`."""
         self._raises = False
+
+    @contextmanager
+    def deferred(self) -> Iterator[None]:
+        """
+        Raise `Interrupt` not within a block but at its end.
+
+        For imports: an exception from the loading of a library in C++ can end the process.
+        """
+        self._raises = False
+        yield
+        self.check()
+        self._raises = True
 
     def check(self) -> None:
         """Raise `Interrupt` if a signal was received: the exception it raised may be lost."""

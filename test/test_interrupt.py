@@ -31,6 +31,29 @@ def test_a_signal_after_defer_is_recorded_only():
     stop.restore()
 
 
+def test_a_signal_within_deferred_raises_at_its_end():
+    stop, reached = StopSignal(signal.SIGINT), []
+
+    def interrupted() -> None:
+        with stop.deferred():
+            signal.raise_signal(signal.SIGINT)
+            reached.append('end')
+
+    with pytest.raises(Interrupt):
+        interrupted()
+    assert reached == ['end']
+    stop.restore()
+
+
+def test_a_signal_after_deferred_raises_at_once():
+    stop = StopSignal(signal.SIGINT)
+    with stop.deferred():
+        pass
+    with pytest.raises(Interrupt):
+        signal.raise_signal(signal.SIGINT)
+    stop.restore()
+
+
 class Fails:
     """Object whose destructor fails."""
 
