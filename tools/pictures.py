@@ -19,7 +19,7 @@ import pyvista
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.contact.collider import Collider
-from cloth_ros.model.grid import rotation_matrix
+from cloth_ros.scene.quaternion import rotation_matrix
 from examples.robot_arm import link_poses
 
 _CONFIG = Path(__file__).parent.parent / 'config'

@@ -16,8 +16,9 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
 from ..model.contact.collider import Collider
-from ..model.grid import Array, rotation_matrix
+from ..model.grid import Array
 from ..scene import Scene
+from ..scene.quaternion import rotation_matrix
 from .marker import (
     MarkerState,
     MarkerWriter,

@@ -9,12 +9,13 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, checked_number, invalid_value_error
+from ..scene.quaternion import checked_orientation
 from .contact.kinematic_path import checked_position, extend_path
 from .contact.rigid_collider import RigidCollider, pose_of
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, flat_sheet, to_grid_copy
-from .inputs import Inputs, Pose, Vector, unit_quaternion
+from .inputs import Inputs, Pose, Vector
 from .scene_check import check_scene
 from .simulation import MAX_SECONDS, Simulation, SubstepObserver
 from .snapshot import Snapshot
@@ -237,7 +238,7 @@ class Cloth:
         target = checked_position(name, position, collider.shape.bounding_radius, origin)
         turned = (path[-1] if path else collider.pose)[3:]
         if orientation is not None:
-            turned = unit_quaternion(name, orientation)
+            turned = checked_orientation(f'the orientation of {name}', orientation)
         path = extend_path(collider.pose, path, (*target, *turned))
         self._inputs = self._inputs.with_path(name, path)
 

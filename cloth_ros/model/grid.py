@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.parameter import invalid_value_error
+from ..scene.quaternion import rotation_matrix
 
 Array = NDArray[Any]
 
@@ -133,18 +134,6 @@ def to_grid_copy(array: Array) -> Array:
     copy: Array = np.ascontiguousarray(np.moveaxis(array, 0, -1))
     copy.flags.writeable = False  # a write to the copy would have no effect
     return copy
-
-
-def rotation_matrix(quaternion: tuple[float, ...]) -> Array:
-    """Return the rotation matrix, shape (3, 3), of a unit quaternion x y z w."""
-    x, y, z, w = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 def flat_sheet(

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from ..scene.parameter import checked_vector, invalid_value_error
+from ..scene.quaternion import IDENTITY, checked_orientation
 
 Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
 # x y z, m, and a unit quaternion x y z w.
 Pose = tuple[float, float, float, float, float, float, float]
 
@@ -88,30 +85,6 @@ def _path(name: str, path: object) -> tuple[Pose, ...]:
 def _pose(name: str, pose: Any) -> Pose:
     turned = isinstance(pose, (list, tuple)) and len(pose) == 7
     x, y, z = _vector(name, pose[:3] if turned else pose, 'sphere.position')
-    return (x, y, z, *unit_quaternion(name, pose[3:] if turned else (0.0, 0.0, 0.0, 1.0)))
-
-
-def unit_quaternion(name: str, quaternion: Any) -> Quaternion:
-    """
-    Return an orientation x y z w with the length 1.
-
-    Raises
-    ------
-    ValueError
-        It is not four finite numbers, or its length is 0.
-
-    """
-    try:
-        given = np.array(quaternion, float)
-    except (TypeError, ValueError):
-        given = np.zeros(0)
-    length = float(np.linalg.norm(given)) if given.shape == (4,) else math.nan
-    if not 1e-9 < length < math.inf:
-        raise invalid_value_error(
-            f'the orientation of {name}',
-            quaternion,
-            'four finite numbers x y z w that are not all zero',
-            'write [0.0, 0.0, 0.0, 1.0] for no rotation',
-        )
-    x, y, z, w = (given / length).tolist()
-    return (x, y, z, w)
+    if not turned:
+        return (x, y, z, *IDENTITY)
+    return (x, y, z, *checked_orientation(f'the orientation of {name}', pose[3:]))

@@ -21,8 +21,8 @@ def main(args: list[str] | None = None) -> int:
         print(usage(), end='')
         return 0
     try:
-        from .run import run
-
+        with stop.deferred():
+            from .run import run
         run(stop, args)
     except BaseException as error:
         return 0 if stop.requested else _explain(error)

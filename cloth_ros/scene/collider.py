@@ -26,10 +26,8 @@ from .parameter import (
     invalid_value_error,
     parameter,
 )
+from .quaternion import IDENTITY, Quaternion, Vector
 from .yaml_text import write
-
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
 
 MAX_COLLIDERS = 64
 # Parameters of the shape that each type has; they must be given.
@@ -121,9 +119,8 @@ class ColliderParameters(ParameterGroup):
 
     def check(self) -> None:
         """Normalise the quaternion."""
-        unit = unit_vector(
-            self.full_name('orientation'), self.orientation, 'quaternion', (0.0, 0.0, 0.0, 1.0)
-        )
+        name = self.full_name('orientation')
+        unit = unit_vector(name, self.orientation, 'quaternion', IDENTITY)
         object.__setattr__(self, 'orientation', unit)
 
     def check_complete(self) -> None:

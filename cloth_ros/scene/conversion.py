@@ -247,7 +247,7 @@ def unit_vector(
             name, list(vector), f'a {what} other than zero', f'write {write(example)}'
         )
     if abs(length - 1) < 1e-12:  # to the bit what it was, however often it is checked
-        return vector
+        length = 1.0
     # Subnormal components, which rcl reads as strings, are zero.
     unit = [component / length for component in vector]
     return tuple(each if abs(each) >= sys.float_info.min else 0.0 for each in unit)

@@ -64,7 +64,7 @@ def _implausible(scene: Scene) -> Iterator[tuple[str, str]]:
             'sphere.position',
             f'sphere.position is [{x:g}, {y:g}, {z:g}]: in the initial state the sphere of '
             f'radius {scene.sphere.radius:g} m overlaps the sheet by {depth:.2g} m; it starts as '
-            'large as there is room and grows at 1 m/s',
+            'large as there is room and grows at 0.5 m/s',
         )
     yield from _implausible_colliders(scene)
     gravity = math.hypot(*scene.gravity)

@@ -20,6 +20,7 @@ from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
+from .quaternion import IDENTITY, Quaternion
 from .yaml_text import write
 
 Vector = tuple[float, float, float]
@@ -47,15 +48,13 @@ class Sheet(ParameterGroup):
     position: Vector = parameter(
         (0.0, 0.0, 1.0), 'centre', unit='m', low=-1e6, high=1e6, fixed=True
     )
-    orientation: tuple[float, float, float, float] = parameter(
-        (0.0, 0.0, 0.0, 1.0), 'quaternion x y z w', low=-1e6, high=1e6, fixed=True
+    orientation: Quaternion = parameter(
+        IDENTITY, 'quaternion x y z w', low=-1e6, high=1e6, fixed=True
     )
 
     def check(self) -> None:
         """Normalise the quaternion."""
-        unit = unit_vector(
-            'sheet.orientation', self.orientation, 'quaternion', (0.0, 0.0, 0.0, 1.0)
-        )
+        unit = unit_vector('sheet.orientation', self.orientation, 'quaternion', IDENTITY)
         object.__setattr__(self, 'orientation', unit)
 
     @property

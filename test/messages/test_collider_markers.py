@@ -13,8 +13,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_ros import Scene
 from cloth_ros.messages.markers import MarkersMessage, deletion
-from cloth_ros.model.grid import rotation_matrix
 from cloth_ros.scene.collider import ColliderParameters
+from cloth_ros.scene.quaternion import rotation_matrix
 
 TYPES = ('plane', 'sphere', 'box', 'capsule', 'cylinder', 'mesh')
 STORE = get_typestore(Stores.ROS2_JAZZY)

@@ -19,8 +19,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth
-from cloth_ros.model.grid import rotation_matrix
 from cloth_ros.model.integrators import INTEGRATORS
+from cloth_ros.scene.quaternion import rotation_matrix
 
 every_method = pytest.mark.parametrize('method', INTEGRATORS)
 

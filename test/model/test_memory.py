@@ -20,14 +20,16 @@ def work(size):
     cloth.positions, cloth.velocities, cloth.energy(), cloth.strain()
 work(8)
 before = peak()
-work(384)
+work(int(sys.argv[3]))
 print(peak() - before)
 """
 
 
 @pytest.mark.parametrize(('precision', 'radius'), [('double', 0.0), ('single', 0.2)])
 def test_the_peak_of_a_cloth_is_at_most_what_is_foreseen_and_not_much_less(precision, radius):
-    found = run_python(PEAK, precision, radius)
+    # Kernels are compiled by another process: memory that the compiler frees is used again.
+    run_python(PEAK, precision, radius, 8)
+    found = run_python(PEAK, precision, radius, 384)
     sheet = {'rows': 384, 'columns': 384}
     scene = scene_of(sheet=sheet, solver__precision=precision, sphere__radius=radius)
     assert 0.7 < float(found.stdout) / memory.of_cloth(scene) < 1.05, found.stderr

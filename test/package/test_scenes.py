@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
-from cloth_ros.model.grid import rotation_matrix
+from cloth_ros.scene.quaternion import rotation_matrix
 from examples.robot_arm import LINKS, PERIOD, SHOULDER, link_poses
 
 

@@ -1,10 +1,18 @@
-"""Valid parameters of colliders, as hypothesis strategies."""
+"""
+Valid parameters of colliders, as hypothesis strategies.
+
+The files of meshes exist: a node reads those that its scene names.
+"""
 
 from __future__ import annotations
 
+import functools
 import re
+import tempfile
+from pathlib import Path
 
 from hypothesis import strategies as st
+from meshes import ascii_stl, binary_stl, box, obj
 
 from cloth_ros.scene.collider import RESERVED_NAMES, SHAPE_PARAMETERS
 
@@ -16,6 +24,24 @@ NAMES = st.from_regex(re.compile(r'[A-Za-z_][A-Za-z0-9_]{0,63}', re.ASCII), full
 LENGTHS = st.floats(1e-4, 1e3)
 VECTORS = st.tuples(*[st.floats(-1e6, 1e6)] * 3)
 TEXTS = st.sampled_from(['hand', 'null', '1e5', '007', 'yes', '~', '0x1F', '/mesh/a b.stl'])
+# Names of files that YAML could take for another type, or that need quotes.
+_FILES = ('hand.stl', 'a b.STL', 'null.stl', '1e5.obj', '007.stl', "~ it's.obj", '日: #1.stl')
+_FOLDER = tempfile.TemporaryDirectory(prefix='cloth_ros_meshes_')
+
+
+@functools.cache
+def mesh_file(name: str) -> str:
+    """Return the path of a file with a block of 1 m, in a format that its name says."""
+    path, corners = Path(_FOLDER.name) / name, box(1.0, 0.8, 0.6)
+    if path.suffix == '.obj':
+        path.write_text(obj(corners))
+    else:
+        content = ascii_stl(corners).encode() if ' ' in name else binary_stl(corners)
+        path.write_bytes(content)
+    return str(path)
+
+
+MESHES = st.sampled_from(_FILES).map(mesh_file)
 
 
 @st.composite
@@ -27,7 +53,7 @@ def members(draw: st.DrawFn, *, complete: bool) -> dict[str, object]:
         'size': st.tuples(LENGTHS, LENGTHS, LENGTHS),
         'radius': LENGTHS,
         'length': LENGTHS,
-        'mesh': TEXTS,
+        'mesh': MESHES,
         'position': VECTORS,
         'orientation': st.tuples(*[st.floats(-2, 2)] * 3, st.floats(0.1, 2)),
         'friction': st.floats(0, 10),

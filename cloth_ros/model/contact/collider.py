@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Protocol
 
 from ...scene.collider import ColliderParameters
+from ...scene.quaternion import Quaternion
 from ..grid import Array
-from ..inputs import Quaternion, Vector
+from ..inputs import Vector
 
 
 class Collider(Protocol):

@@ -18,17 +18,6 @@ _FARTHEST = 1000.0
 MAX_WAYPOINTS = 64
 
 
-def rotation_matrices(quaternions: Array) -> Array:
-    """Return the rotation matrices, shape (n, 3, 3), of unit quaternions x y z w, (n, 4)."""
-    x, y, z, w = np.moveaxis(quaternions, -1, 0)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-
-
 def _angle(first: Array, second: Array) -> float:
     """Return the angle, rad, between two orientations, 0 to π."""
     return 2 * math.acos(min(abs(float(first @ second)), 1.0))

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...scene.collider import ColliderParameters
+from ...scene.quaternion import Quaternion, rotation_matrix
 from ..grid import Array
-from ..inputs import Inputs, Pose, Quaternion, Vector
-from .kinematic_path import KinematicPath, rotation_matrices
+from ..inputs import Inputs, Pose, Vector
+from .kinematic_path import KinematicPath
 from .particle_contact import (
     ALLOWANCE,
     FRICTION,
@@ -143,7 +144,7 @@ class RigidCollider:
     @property
     def normal(self) -> Array:
         """Direction of its local z axis, shape (3,): the normal of a plane."""
-        axis: Array = rotation_matrices(np.array([self.orientation]))[0][:, 2]
+        axis: Array = rotation_matrix(self.orientation)[:, 2]
         return axis
 
     @property
@@ -281,7 +282,7 @@ class RigidCollider:
         poses = (
             self.path.poses(times[: count + 1]) if not still else np.array([self.pose, self.pose])
         )
-        matrices = rotation_matrices(poses[:, 3:])
+        matrices = rotation_matrix(poses[:, 3:])
         shape = self._triangle_shape if triangles else self.shape
         reference = self._centre
         if not triangles:

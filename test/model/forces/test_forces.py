@@ -19,9 +19,9 @@ from hypothesis.extra.numpy import arrays
 
 from cloth_ros import Cloth
 from cloth_ros.model.forces.springs import SPRING_TYPES
-from cloth_ros.model.grid import rotation_matrix
 from cloth_ros.model.integrators.integrator import Step
 from cloth_ros.model.integrators.kick_drift import KickDrift
+from cloth_ros.scene.quaternion import rotation_matrix
 from cloth_ros.tradeoff.reference_model import acceleration, spring_forces, tributary_areas
 
 OBLONG = {'sheet__size': [0.7, 1.3], 'springs__damping': 0.3, 'solver__precision': 'double'}
