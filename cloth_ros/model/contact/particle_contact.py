@@ -279,7 +279,7 @@ def compose(kinds: Set[int]) -> Kernel:
                 break
             kind = types[n]
             moves = len(rows) > 1
-            number = drift if moves else 0
+            number = min(drift, len(rows) - 1)
             fields = (values, shares, np.uint64(starts[n]))
             block = low
             while block < high:
