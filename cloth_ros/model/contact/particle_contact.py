@@ -29,7 +29,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from ..kernels.jit import Kernel, inlined, inlined_variant
+from ..kernels.jit import Kernel, inlined
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import COMMON, CONSTANTS, Distance
 
@@ -78,7 +78,7 @@ def constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
 
 
 def _particle_loop(distance: Distance, moving: bool) -> Kernel:
-    @inlined_variant
+    @inlined
     def loop(  # type: ignore[no-untyped-def]
         first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift, n,
         fields, gravity, h, sums, chunk,
@@ -199,7 +199,7 @@ def _contact(distance: Distance) -> Kernel:
     """Return the loop for a shape, without what a collider at rest does not need if it is."""
     still, moving = _particle_loop(distance, False), _particle_loop(distance, True)
 
-    @inlined_variant
+    @inlined
     def choose(  # type: ignore[no-untyped-def]
         moves, first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
                 n, fields, gravity, h, sums, chunk,
@@ -257,7 +257,7 @@ def compose(kinds: Set[int]) -> Kernel:
     has_cylinder, has_mesh = cylinder.KIND in kinds, mesh_distance.KIND in kinds
 
     # Branches on a constant are left out before they are compiled.
-    @inlined_variant
+    @inlined
     def resolve(  # type: ignore[no-untyped-def]
         begin, first, last, chunk, drift, h, before, after, velocity, former, mobility, gravity,
         contacts,

@@ -11,14 +11,14 @@ from collections.abc import Set
 import numpy as np
 
 from ..grid import GHOST
-from ..kernels.jit import Kernel, inlined_variant, kernel
+from ..kernels.jit import Kernel, inlined, kernel
 from .particle_contact import BLOCK, constants_of
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import Distance
 
 
 def _search_loop(distance: Distance) -> Kernel:
-    @inlined_variant
+    @inlined
     def loop(first, last, position, velocity, rho, rows, n, fields, seconds):  # type: ignore[no-untyped-def]
         """Return the least gap, m, that is left after so many s if all move towards the shape."""
         number = velocity.dtype.type
