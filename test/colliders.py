@@ -68,7 +68,9 @@ class Solid:
     ) -> dict[str, object]:
         """Return parameters of a scene with this collider, for `cloth_of`."""
         pose = {'position': position, 'orientation': orientation, 'friction': friction}
-        far = {} if self.parameters['type'] == 'mesh' else FAR
+        far = FAR
+        if self.parameters['type'] == 'mesh':  # whose kernels take longest
+            far = {'far_sphere': FAR['far_sphere']}
         return {'collider': {'names': [NAME, *far], NAME: {**self.parameters, **pose}, **far}}
 
 
