@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
@@ -28,6 +29,8 @@ SPRINGS_ONLY = {**VACUUM, 'gravity': (0.0, 0.0, 0.0), 'pins': ['']}
 NEGLIGIBLE_AIR = {'wind__air_density': 1e-20}
 
 seeds = st.integers(0, 2**31)
+# For parametrised tests; double precision has kernels of its own.
+PRECISIONS = ['single', pytest.param('double', marks=pytest.mark.slow)]
 precisions = st.sampled_from(['single', 'double'])
 
 

@@ -29,7 +29,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from ..kernels.jit import Kernel, inlined, inlined_variant
+from ..kernels.jit import Kernel, inlined
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import COMMON, CONSTANTS, Distance
 
@@ -59,70 +59,54 @@ SUMS = 9
 
 
 @inlined
-def constants_of(rows, drift, n, number):  # type: ignore[no-untyped-def]
-    """Return the rotation, and the constants of the shape, of a row as tuples."""
+def load_row(rows, drift, n):  # type: ignore[no-untyped-def]
+    """
+    Return a row as tuples: rotation, point, S, velocity, from inset to limit, and the shape.
+
+    Once for all loops: each of many elements takes its time to compile.
+    """
     rotation = (
-        number(rows[drift, n, 0]), number(rows[drift, n, 1]), number(rows[drift, n, 2]),
-        number(rows[drift, n, 3]), number(rows[drift, n, 4]), number(rows[drift, n, 5]),
-        number(rows[drift, n, 6]), number(rows[drift, n, 7]), number(rows[drift, n, 8]),
+        rows[drift, n, 0], rows[drift, n, 1], rows[drift, n, 2],
+        rows[drift, n, 3], rows[drift, n, 4], rows[drift, n, 5],
+        rows[drift, n, 6], rows[drift, n, 7], rows[drift, n, 8],
+    )  # fmt: skip
+    point = (rows[drift, n, 9], rows[drift, n, 10], rows[drift, n, 11])
+    spin = (
+        rows[drift, n, 12], rows[drift, n, 13], rows[drift, n, 14],
+        rows[drift, n, 15], rows[drift, n, 16], rows[drift, n, 17],
+        rows[drift, n, 18], rows[drift, n, 19], rows[drift, n, 20],
+    )  # fmt: skip
+    velocity = (rows[drift, n, 21], rows[drift, n, 22], rows[drift, n, 23])
+    others = (
+        rows[drift, n, 24], rows[drift, n, 25], rows[drift, n, 26],
+        rows[drift, n, 27], rows[drift, n, 28], rows[drift, n, 29],
     )  # fmt: skip
     constants = (
-        number(rows[drift, n, 30]), number(rows[drift, n, 31]), number(rows[drift, n, 32]),
-        number(rows[drift, n, 33]), number(rows[drift, n, 34]), number(rows[drift, n, 35]),
-        number(rows[drift, n, 36]), number(rows[drift, n, 37]), number(rows[drift, n, 38]),
-        number(rows[drift, n, 39]), number(rows[drift, n, 40]), number(rows[drift, n, 41]),
-        number(rows[drift, n, 42]), number(rows[drift, n, 43]), number(rows[drift, n, 44]),
-        number(rows[drift, n, 45]), number(rows[drift, n, 46]),
+        rows[drift, n, 30], rows[drift, n, 31], rows[drift, n, 32], rows[drift, n, 33],
+        rows[drift, n, 34], rows[drift, n, 35], rows[drift, n, 36], rows[drift, n, 37],
+        rows[drift, n, 38], rows[drift, n, 39], rows[drift, n, 40], rows[drift, n, 41],
+        rows[drift, n, 42], rows[drift, n, 43], rows[drift, n, 44], rows[drift, n, 45],
+        rows[drift, n, 46],
     )  # fmt: skip
-    return rotation, constants
+    return rotation, point, spin, velocity, others, constants
 
 
 def _particle_loop(distance: Distance, moving: bool) -> Kernel:
-    @inlined_variant
+    @inlined
     def loop(  # type: ignore[no-untyped-def]
         first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift, n,
         fields, gravity, h, sums, chunk,
     ):  # fmt: skip
         number = velocity.dtype.type
         zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
-        rotation, constants = constants_of(rows, drift, n, number)
-        px, py, pz = (
-            number(rows[drift, n, 9]),
-            number(rows[drift, n, 10]),
-            number(rows[drift, n, 11]),
-        )
-        s0, s1, s2 = (
-            number(rows[drift, n, 12]),
-            number(rows[drift, n, 13]),
-            number(rows[drift, n, 14]),
-        )
-        s3, s4, s5 = (
-            number(rows[drift, n, 15]),
-            number(rows[drift, n, 16]),
-            number(rows[drift, n, 17]),
-        )
-        s6, s7, s8 = (
-            number(rows[drift, n, 18]),
-            number(rows[drift, n, 19]),
-            number(rows[drift, n, 20]),
-        )
-        ux, uy, uz = (
-            number(rows[drift, n, 21]),
-            number(rows[drift, n, 22]),
-            number(rows[drift, n, 23]),
-        )
-        inset, growth, friction = (
-            number(rows[drift, n, 24]),
-            number(rows[drift, n, 25]),
-            number(rows[drift, n, 26]),
-        )
-        slop, allowed, share = (
-            number(rows[drift, n, 27]),
-            number(rows[drift, n, 27] + rows[drift, n, 28]),
-            number(1.0 - np.exp(-np.float64(h) / _CORRECTED)),
-        )
+        rotation, point, spin, surface, others, constants = load_row(rows, drift, n)
+        px, py, pz = point
+        s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
+        ux, uy, uz = surface
+        inset, growth, friction, slop, allowance, hard = others
+        allowed, per_h = slop + allowance, one / h
+        share = number(1.0 - np.exp(-np.float64(h) / _CORRECTED))
         rounding = slop * slop
-        per_h, hard = one / h, number(rows[drift, n, 29])
         gx, gy, gz = gravity
         jx = jy = jz = lx = ly = lz = work = touched = zero
         for i in range(first, last):
@@ -206,7 +190,7 @@ def _contact(distance: Distance) -> Kernel:
     """Return the loop for a shape, without what a collider at rest does not need if it is."""
     still, moving = _particle_loop(distance, False), _particle_loop(distance, True)
 
-    @inlined_variant
+    @inlined
     def choose(  # type: ignore[no-untyped-def]
         moves, first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
                 n, fields, gravity, h, sums, chunk,
@@ -264,7 +248,7 @@ def compose(kinds: Set[int]) -> Kernel:
     has_cylinder, has_mesh = cylinder.KIND in kinds, mesh_distance.KIND in kinds
 
     # Branches on a constant are left out before they are compiled.
-    @inlined_variant
+    @inlined
     def resolve(  # type: ignore[no-untyped-def]
         begin, first, last, chunk, drift, h, before, after, velocity, former, mobility, gravity,
         contacts,
@@ -285,7 +269,7 @@ def compose(kinds: Set[int]) -> Kernel:
             if again >= len(types) and not repeat:
                 break
             kind = types[n]
-            number = drift if len(rows) > 1 else 0
+            number = min(drift, len(rows) - 1)
             moves = rows[number, n, GROWTH] != 0.0
             for k in range(SPIN, INSET):
                 moves = moves or rows[number, n, k] != 0.0

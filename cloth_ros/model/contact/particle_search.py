@@ -11,20 +11,20 @@ from collections.abc import Set
 import numpy as np
 
 from ..grid import GHOST
-from ..kernels.jit import Kernel, inlined_variant, kernel
-from .particle_contact import BLOCK, constants_of
+from ..kernels.jit import Kernel, inlined, kernel
+from .particle_contact import BLOCK, load_row
 from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
 from .shapes.shape import Distance
 
 
 def _search_loop(distance: Distance) -> Kernel:
-    @inlined_variant
+    @inlined
     def loop(first, last, position, velocity, rho, rows, n, fields, seconds):  # type: ignore[no-untyped-def]
         """Return the least gap, m, that is left after so many s if all move towards the shape."""
         number = velocity.dtype.type
-        rotation, constants = constants_of(rows, 0, n, number)
-        px, py, pz = number(rows[0, n, 9]), number(rows[0, n, 10]), number(rows[0, n, 11])
-        inset, h, far = number(rows[0, n, 24]), number(seconds), number(0.1 * GHOST)
+        rotation, point, _, _, others, constants = load_row(rows, np.int64(0), n)
+        px, py, pz = point
+        inset, h, far = others[0], number(seconds), number(0.1 * GHOST)
         nearest = far
         for i in range(first, last):
             x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz

@@ -152,7 +152,7 @@ def compose(
         # With contact, chunks of blocks.
         size = CHUNK if contact else chunk_length(threads, begin, end)
         chunks = (end - begin + size - 1) // size
-        drifts = 0
+        drifts = np.int64(0)  # a literal would be compiled for itself
         for n in range(len(table)):
             operation = int(table[n, _OPERATION])
             decay, gain = number(table[n, _DECAY]), number(table[n, _GAIN])

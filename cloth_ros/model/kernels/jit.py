@@ -15,6 +15,8 @@ import llvmlite.binding as llvm
 import numba
 from numba.core import config
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 # Reassociation lets sums vectorise; reciprocals and square roots may be estimated and refined.
 # NaN and infinity keep their meaning ('nnan' and 'ninf' are left out), so that a state that is
@@ -137,6 +139,45 @@ class _Cache(FunctionCache):
                 path.unlink(missing_ok=True)
 
 
+class _PartLibrary(JITCodeLibrary):
+    """
+    Code of a part of kernels, optimised but without machine code.
+
+    Numba links it into the code of each kernel.  Only its environment, a variable of each
+    function, must have an address.
+    """
+
+    def _finalize_final_module(self) -> None:
+        module: Any = self._final_module
+        for function in module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = 'linkonce_odr'
+        self._shared_module = module
+        names = [each.name for each in module.global_variables if 'NumbaEnv' in each.name]
+        self._final_module = llvm.parse_assembly(
+            '\n'.join([f'@{name} = common global ptr null' for name in names])
+        )
+        super()._finalize_final_module()  # type: ignore[no-untyped-call]
+
+
+class _PartCompiler(Compiler):
+    """Compiles parts of kernels."""
+
+    def define_pipelines(self) -> Any:
+        state: Any = self.state
+        name = state.func_id.func_qualname
+        state.library = _PartLibrary(state.targetctx.codegen(), name)  # type: ignore[no-untyped-call]
+        return super().define_pipelines()  # type: ignore[no-untyped-call]
+
+
+def _part(function: Kernel, **options: Any) -> Kernel:
+    """Compile a part of kernels, which is not cached on disk: the kernels are."""
+    compiled: Kernel = numba.njit(
+        error_model='numpy', pipeline_class=_PartCompiler, **_NOT_FROM_PYTHON, **options
+    )(function)
+    return compiled
+
+
 def _compiled(function: Kernel, **options: Any) -> Kernel:
     """Compile with Numba, and cache the machine code where that is possible."""
     compiled: Any = numba.njit(error_model='numpy', **options)(function)
@@ -163,19 +204,7 @@ def inlined(function: Kernel) -> Kernel:
 
     A call that the compiler does not inline keeps the loop around it scalar.
     """
-    return _compiled(function, fastmath=_RELAXED, forceinline=True, **_NOT_FROM_PYTHON)
-
-
-def inlined_variant(function: Kernel) -> Kernel:
-    """
-    Compile a variant, with constants of its own, of a function that is always inlined.
-
-    It is not cached on disk, because it is a part of the kernels that call it, which are.
-    """
-    compiled: Kernel = numba.njit(
-        error_model='numpy', fastmath=_RELAXED, forceinline=True, **_NOT_FROM_PYTHON
-    )(function)
-    return compiled
+    return _part(function, fastmath=_RELAXED, forceinline=True)
 
 
 def exact(function: Kernel) -> Kernel:
@@ -185,7 +214,7 @@ def exact(function: Kernel) -> Kernel:
 
 def exact_subroutine(function: Kernel) -> Kernel:
     """Compile a function with IEEE arithmetic for kernels; a call from Python would crash."""
-    return _compiled(function, **_NOT_FROM_PYTHON)
+    return _part(function)
 
 
 def reduction(function: Kernel) -> Kernel:
@@ -194,4 +223,4 @@ def reduction(function: Kernel) -> Kernel:
 
     Without 'nnan' these stay scalar, because NaN would have to be propagated.
     """
-    return _compiled(function, fastmath=True, **_NOT_FROM_PYTHON)
+    return _part(function, fastmath=True)

@@ -5,7 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from builders import NEGLIGIBLE_AIR, cloth_of, crumple, examples, mean_by_mass, momentum, seeds
+from builders import (
+    NEGLIGIBLE_AIR,
+    PRECISIONS,
+    cloth_of,
+    crumple,
+    examples,
+    mean_by_mass,
+    momentum,
+    seeds,
+)
 from colliders import CLOSED, NAME, SHAPES, solid, turn
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,7 +31,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize('shape', SHAPES)
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', PRECISIONS)
 def test_a_collider_carries_the_weight_of_a_sheet_at_rest(folder, shape, precision):
     """The moment about the origin of the collider is that of the weight in the centre of mass."""
     body = solid(shape, 0.12, folder)
@@ -117,7 +126,7 @@ def test_contact_adds_no_energy(folder, shape, seed, size):
     assert min(found) < min(without)
 
 
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', PRECISIONS)
 @pytest.mark.parametrize('shape', ['plane', 'box'])
 def test_a_sheet_on_a_flat_surface_comes_to_rest(folder, shape, precision):
     body = solid(shape, 0.3, folder)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from builders import NEGLIGIBLE_AIR, cloth_of
+from builders import NEGLIGIBLE_AIR, PRECISIONS, cloth_of
 from colliders import NAME, matrix, product, solid, turn
 
 GRAVITY = 9.81  # m/s²
@@ -26,7 +26,7 @@ def on_incline(folder, shape, angle, friction, **parameters):
 
 
 @pytest.mark.parametrize('shape', ['plane', 'box'])
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', PRECISIONS)
 @pytest.mark.parametrize('substeps', [0, 500])
 @pytest.mark.parametrize(('angle', 'friction'), [(0.2, 0.21), (math.pi / 4, 1.05)])
 def test_what_sticks_does_not_creep(tmp_path, shape, precision, substeps, angle, friction):
@@ -40,7 +40,7 @@ def test_what_sticks_does_not_creep(tmp_path, shape, precision, substeps, angle,
 
 
 @pytest.mark.parametrize('shape', ['plane', 'box'])
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', PRECISIONS)
 @pytest.mark.parametrize('substeps', [0, 500])
 @pytest.mark.parametrize(('angle', 'friction'), [(0.2, 0.1), (math.pi / 4, 0.5), (0.5, 0.0)])
 def test_what_slides_does_so_as_a_block(tmp_path, shape, precision, substeps, angle, friction):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import NEGLIGIBLE_AIR, cloth_of
+from builders import NEGLIGIBLE_AIR, PRECISIONS, cloth_of
 from colliders import NAME, SHAPES, solid, turn
 
 from cloth_ros import Cloth
@@ -100,7 +100,7 @@ def test_other_batches_change_less_than_other_substeps(folder, shape):
 
 
 @pytest.mark.parametrize('shape', SHAPES)
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', PRECISIONS)
 def test_a_snapshot_gives_the_same_bits_again(folder, shape, precision):
     """Taken while the collider moves, turns and touches the sheet."""
     body = solid(shape, 0.1, folder)
@@ -139,8 +139,9 @@ def test_threads_give_the_same_bits(folder, threads):
             **body.scene((0, 0, 0.49 - body.top)),
         )
         for n in range(3):
-            cloth.move_sphere((0, 0, 0.51 - 0.005 * n))
-            cloth.move_collider(NAME, (0, 0, 0.49 - body.top + 0.005 * n), turn((0, 0, 1), 0.1 * n))
+            step = 0.005 * n
+            cloth.move_sphere((0, 0, 0.51 - step))
+            cloth.move_collider(NAME, (0, 0, 0.49 - body.top + step), turn((0, 0, 1), 0.1 * n))
             cloth.advance(1 / 60)
         return cloth
 
