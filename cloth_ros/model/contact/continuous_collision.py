@@ -313,7 +313,7 @@ def resolve_contact(  # type: ignore[no-untyped-def]
             _copy_row(start, i, points, i)
             _add_row(points, i, length, velocities, i)
         travel = _travel(points, start)
-        resolved, held = project(
+        resolved, held, _ = project(
             points, inverse_masses, triangles, gaps, travel, shape, outer, inner, tolerance
         )
         displaced = clearance < inner and _travel(points, start) > _CARRIED * inner

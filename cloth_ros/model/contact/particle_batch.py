@@ -31,7 +31,7 @@ _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
 # Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
-_LEFT = 8e-5
+LEFT = 8e-5
 
 
 class Found(NamedTuple):
@@ -253,7 +253,7 @@ class ParticleBatch:
         )  # fmt: skip
         for n, each in enumerate(near):
             # True for NaN.
-            inside = not gaps[n] > -_LEFT
+            inside = not gaps[n] > -LEFT
             if inside:
                 self._found = None
             if math.isinf(each.shape.inner_radius):

@@ -9,13 +9,15 @@ from typing import NamedTuple
 from ..grid import Array
 from ..state import State, max_speed
 from .interfaces import Kicks
-from .particle_batch import ParticleBatch
+from .particle_batch import LEFT, ParticleBatch
 from .rigid_collider import RigidCollider
 from .triangle_substep import TriangleSubstep
 
 # Sweeps over the colliders that touch the sheet, in which each moves it out again of where another
 # one has moved it.
 _SWEEPS = 8
+# Ratio of the greatest depths in two sweeps, above which there will be none without depth.
+_PROGRESS = 0.7
 
 
 class SubstepOutcome(NamedTuple):
@@ -119,15 +121,18 @@ class SubstepContact:
         """Move the sheet out of all colliders that touch it; return whether it had to move."""
         planes = [each for each in touching if math.isinf(each.shape.inner_radius)]
         bodies = [each for each in touching if each not in planes]
+        former = math.inf
         for number in range(_SWEEPS):
-            pushed = False
-            for each in bodies:
-                pushed = self._triangles.push_out(each, state, times[1]) or pushed
+            depths = [self._triangles.push_out(each, state, times[1]) for each in bodies]
             for each in planes:
-                if self._particles.depth(each, state, offset=False) > each.tolerance:
-                    pushed = True
-            if planes and pushed:
-                self._by_particles(kicks, state, planes, times, max_speed(state))
-            if not pushed:
+                depth = self._particles.depth(each, state, offset=False)
+                depths.append(depth if depth > LEFT else 0.0)
+            deepest = max(depths)
+            if deepest <= 0:
                 return number > 0
+            if planes:
+                self._by_particles(kicks, state, planes, times, max_speed(state))
+            if deepest > _PROGRESS * former:  # they press the sheet from different sides
+                return True
+            former = deepest
         return True

@@ -195,7 +195,7 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
     tolerance, sums,
 ):  # fmt: skip
     """
-    Move triangles out of a collider without velocity; return whether any had to be.
+    Move triangles out of a collider without velocity; return the greatest depth of one, m, or 0.
 
     Parameters are those of `resolve_triangles`.
     """
@@ -206,9 +206,8 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
         position, velocity, mobility, particles, 0.0, row, row, points, velocities,
         inverse_masses,
     )  # fmt: skip
-    before = sums[7]
     shape = (kind, in_own_frame(row), fields)
-    project(
+    _, _, depth = project(
         points, inverse_masses, triangles, np.zeros(len(triangles)), 0.0, shape, outer, inner,
         tolerance,
     )  # fmt: skip
@@ -216,4 +215,4 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
         position, velocity, mobility, particles, gravity, row, points, velocities, velocities,
         sums, 1e-9,
     )  # fmt: skip
-    return sums[7] > before
+    return depth

@@ -18,10 +18,11 @@ def project(points, inverse_masses, triangles, gaps, travel, shape, outer, inner
     Push triangles out of the collider until none is deeper than `tolerance`.
 
     Triangles had at least these `gaps` to it, and no point has gone farther than `travel`
-    since.  Return whether that was done, and whether pins alone hold some triangle deeper.
+    since.  Return whether that was done, whether pins alone hold some triangle deeper, and the
+    greatest depth found on the way, m, or 0.
     """
     weights = np.empty(3)
-    held = False
+    held, deepest_found = False, 0.0
     # Only what has moved is looked at again: numbers of pushes, when a point moved, and when a
     # triangle was looked at.
     moved, seen = np.zeros(len(points), np.int64), np.zeros(len(triangles), np.int64)
@@ -53,6 +54,7 @@ def project(points, inverse_masses, triangles, gaps, travel, shape, outer, inner
                 held = True
                 continue
             clear = False
+            deepest_found = max(deepest_found, -gap)
             pushes += 1
             # Near a pinned corner the lever is long: no more than half a radius at a time.
             push = min(-gap / inverse_mass, 0.5 * inner / most)
@@ -65,10 +67,10 @@ def project(points, inverse_masses, triangles, gaps, travel, shape, outer, inner
                 if share > 0.0:
                     moved[i] = pushes
         if clear:
-            return True, held
+            return True, held, deepest_found
         if left <= 0:
             break
-    return False, held
+    return False, held, deepest_found
 
 
 @exact_subroutine

@@ -105,9 +105,9 @@ class TriangleSubstep:
         collider.take(after, state.origin, sums)
         return bool(sums[TOUCHED]), forced
 
-    def push_out(self, collider: RigidCollider, state: State, time: float) -> bool:
+    def push_out(self, collider: RigidCollider, state: State, time: float) -> float:
         """
-        Move triangles out of a collider without velocity; return whether any had to be.
+        Move triangles out of a collider without velocity; return the greatest depth, m, or 0.
 
         Parameters
         ----------
@@ -120,18 +120,18 @@ class TriangleSubstep:
         row = collider.rows(state.origin, np.array([time, time]), triangles=True)[0]
         particles, triangles = self._all_near(collider, state, row)
         if not len(particles):
-            return False
+            return 0.0
         sums = np.zeros(SUMS)
         outer, inner = collider.triangle_radii
         inner = max(inner - collider.inset, _LEAST * inner)
-        pushed: bool = push_out_triangles(
+        depth: float = push_out_triangles(
             state.position, state.velocity, state.mobility, particles, triangles, self._gravity,
             collider.triangle_kind, row, self._fields.of(collider), outer, inner,
             collider.tolerance, sums,
         )  # fmt: skip
-        if pushed:  # what the broad phases know is out of date
+        if depth > 0:  # what the broad phases know is out of date
             self.invalidate()
-        return pushed
+        return depth
 
     def _all_near(self, collider: RigidCollider, state: State, row: Array) -> tuple[Array, Array]:
         """Return the particles in reach of a collider, and their triangles."""
