@@ -141,11 +141,14 @@ class _Cache(FunctionCache):
 
 class _PartLibrary(JITCodeLibrary):
     """
-    Code of a part of kernels, optimised but without machine code.
+    Code of a part of kernels, which is neither optimised nor made machine code.
 
-    Numba links it into the code of each kernel.  Only its environment, a variable of each
-    function, must have an address.
+    Numba links it into each kernel, and optimises that.  Only the environment of the part, a
+    variable that Numba writes to, must have an address.
     """
+
+    def _optimize_final_module(self) -> None:
+        """Leave that to the kernels."""
 
     def _finalize_final_module(self) -> None:
         module: Any = self._final_module
