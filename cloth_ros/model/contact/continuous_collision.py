@@ -192,14 +192,14 @@ def _leave_to_pins(points, velocities, inverse_masses, triangles, shape, h, tole
         if pinned == 0 or other < 0:
             continue
         b, c = min(1, pinned - 1), pinned - 1
-        nearest = deepest_point(place, 0, b, c, shape, -tolerance, 0.1 * tolerance)[0]
+        nearest = deepest_point(place, np.int64(0), b, c, shape, -tolerance, 0.1 * tolerance)[0]
         # Pins move so little in a substep that they all move alike.
         for k in range(3):
             if inverse_masses[triangles[t, k]] == 0.0:
                 for corner in range(3):
                     _add_row(place, corner, h, velocities, triangles[t, k])
                 break
-        moved = deepest_point(place, 0, b, c, shape, -tolerance, 0.1 * tolerance)[0]
+        moved = deepest_point(place, np.int64(0), b, c, shape, -tolerance, 0.1 * tolerance)[0]
         if min(nearest, moved) < -tolerance:
             if found == 0:
                 kept = np.empty_like(triangles)
