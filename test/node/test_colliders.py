@@ -143,7 +143,7 @@ def test_poses_that_are_not_valid_are_rejected_with_one_line_and_counted(node):
         publisher.publish(message)
     sphere.publish(zero)
     node.probe.spin_until(lambda: rejected(node) == [before[0] + 5, before[1] + 1])
-    text = 'the orientation is [0.0, 0.0, 0.0, 0.0], but must be a quaternion x y z w'
+    text = 'the orientation is [0.0, 0.0, 0.0, 0.0], but must be a quaternion other than zero'
     publish_until(  # again and again: warnings are throttled
         lambda: f'rejected a message on ball/pose: {text}' in node.process.output,
         node.probe,

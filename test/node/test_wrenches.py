@@ -50,6 +50,7 @@ def test_a_sheet_that_lies_on_the_sphere_weighs_on_it(cloth):
     assert cloth.set(sphere__radius=0.0) == ['']
     cloth.tick()
     assert cloth.set_together(parameters) == ''
+    cloth.tick_until(lambda _: has_topic(cloth))
     wrenches = cloth.probe.collect(WrenchStamped, '/sphere/wrench', 1000)
 
     def weighs() -> bool:

@@ -111,9 +111,9 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
     The distance from a convex shape is a convex function.  It is minimised over the weights of
     the corners by pairwise steps of Frank and Wolfe (S. Lacoste-Julien, M. Jaggi, "On the global
     linear convergence of Frank-Wolfe optimization variants", NIPS 2015), from the best of a few
-    points.  They may stop inside the shape, where the distance has creases: then by golden section
-    along lines between golden sections of two sides.  In a mesh that is not convex the result is a
-    local minimum.
+    points.  They may stop where the distance has creases, as inside the shape, and are slow near
+    edges: then by golden section along lines between golden sections of two sides.  In a mesh that
+    is not convex the result is a local minimum.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def deepest_point(points, a, b, c, shape, reach, tolerance):  # type: ignore[no-
         best, nx, ny, nz = d, u, v, w
         weights[lowest] += step
         weights[highest] = most - step if step < most else 0.0
-    if gap >= tolerance and best - gap <= min(reach, 0.0):
+    if gap >= tolerance and best - gap <= reach:
         d, wa, wb = _by_golden_sections(points, a, b, c, shape, tolerance)
         if d < best:
             weights[0], weights[1], weights[2] = wa, wb, 1.0 - wa - wb

@@ -175,6 +175,9 @@ def load_mesh(path: str, name: str = 'mesh') -> Mesh:
         raise invalid_value_error(
             name, path, f'a file that can be read ({reason})', 'check the path'
         ) from None
+    if form != '.stl' or len(content) != 84 + 50 * int.from_bytes(content[80:84], 'little'):
+        # Text: trimesh needs another package to guess an encoding that is not UTF-8.
+        content = content.decode(errors='replace').encode()
     try:
         import trimesh
     except ImportError:
