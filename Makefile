@@ -20,7 +20,7 @@ SECONDS ?= 3600
 SEED ?= 0
 VENV := .venv
 # Test files are shared by two processes: a live node of a test needs a core of its own.
-WORKERS := --numprocesses 2 --dist loadfile
+WORKERS := --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 # Where ROS 2 is sourced, its own rclpy is used; elsewhere the wheels of ROS 2 Jazzy.
 ifneq ($(and $(ROS_DISTRO),$(AMENT_PREFIX_PATH)),)

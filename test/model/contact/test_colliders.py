@@ -34,6 +34,7 @@ def random_turn(generator: np.random.Generator, most: float = math.pi) -> tuple[
 @examples(0.02)
 @given(seed=seeds, size=st.sampled_from([0.02, 0.06, 0.15]))
 @example(seed=0, size=0.06)
+@example(seed=8252, size=0.15)  # a mesh was thought farther away than it was
 def test_a_falling_sheet_stays_outside(folder, shape, precision, seed, size):
     """In any orientation of the collider; a plane is tilted a little."""
     generator, body = np.random.default_rng(seed), solid(shape, size, folder)

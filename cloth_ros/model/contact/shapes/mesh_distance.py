@@ -67,9 +67,10 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     s11 = shares[n + sx + sy] + r * (shares[n + sx + sy + t] - shares[n + sx + sy])
     s0, s1 = s00 + q * (s01 - s00), s10 + q * (s11 - s10)
     share = s0 + p * (s1 - s0)
-    # Beyond the boundary of the grid.
-    u, v, w = x - a, y - b, z - c
-    away = np.sqrt(u * u + v * v + w * w) * cell
+    # Beyond the grid, which contains the mesh: no point of that is nearer.
+    u, v, w = (x - a) * cell, (y - b) * cell, (z - c) * cell
+    squared = u * u + v * v + w * w
+    value = np.sqrt(squared + value * value) if squared > zero else value
     scale = one / np.sqrt(max(gx * gx + gy * gy + gz * gz, constants[TINY]))
     nx, ny, nz = to_world(rotation, scale * gx, scale * gy, scale * gz)
-    return value + away - share * rho, nx, ny, nz
+    return value - share * rho, nx, ny, nz
