@@ -11,7 +11,6 @@ from ros import diagnosis, pose, publish_until
 from visualization_msgs.msg import Marker, MarkerArray
 
 from cloth_ros import Scene
-from examples.robot_arm import PERIOD
 
 TABLE, ARM = 'config/table.yaml', 'config/robot_arm.yaml'
 
@@ -106,6 +105,6 @@ def test_the_example_sweeps_the_arm_through_the_curtain(start_cloth, start, prob
         return any(each.wrench.force.y < -0.02 for each in wrenches)
 
     probe.spin_until(lambda: reached(-0.4))  # until then, kernels may have to be compiled
-    probe.spin_until(lambda: reached(0.02) and pushed(), 3 * PERIOD)
+    probe.spin_until(lambda: reached(0.02) and pushed())
     assert example.stop() == 0, example.output
     assert 'Traceback' not in example.output

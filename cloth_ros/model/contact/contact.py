@@ -116,7 +116,7 @@ class Contact:
         """
         Return False if no collider can reach the sheet within `seconds`.
 
-        Not even if the sheet becomes twice as fast in that time; `pass_by` checks that afterwards.
+        Not even if the sheet becomes twice as fast in that time; `pass_by` sees if it was faster.
         """
         self._fastest = max_speed(state)
         self._near = []
@@ -135,10 +135,7 @@ class Contact:
     def pass_by(self, state: State, time: float, seconds: float) -> None:
         """Account for a motion of `seconds` from `time`, s, in which no collider was in reach."""
         self._triangles.invalidate()
-        self._fastest = max(self._fastest, max_speed(state))
-        for each in self.colliders.values():
-            each.clearance -= seconds * self._approach(each, state)
-            each.move_to(time + seconds)
+        self._end_batch(state, time, seconds)
 
     def act(
         self,
@@ -219,10 +216,19 @@ class Contact:
         self._end_batch(state, time, seconds)
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
+        """
+        Account for a motion of `seconds` from `time`, s.
+
+        A collider that the sheet has reached although it was not near counts as placed inside it:
+        what accelerates it from rest, by more than the clearance, cannot be foreseen.
+        """
         self._fastest = max(self._fastest, max_speed(state))
         for each in self.colliders.values():
             each.clearance -= seconds * self._approach(each, state)
             each.move_to(time + seconds)
+            if each not in self._near and not each.clearance >= 0:  # as for NaN
+                each.placed = True
+                self._fit(each, state)
 
     # By particles
 
@@ -239,11 +245,8 @@ class Contact:
         end = time + seconds
         offsets = np.cumsum([0.0, *[step.drift for step in steps]])
         table = self._particles.table(state, self._near, time + offsets, self._fastest)
-        if table is None:
-            kicks.apply(state, steps, air_velocity)
-            return True
         before = (state.position.copy(), state.velocity.copy(), kicks.work.copy())
-        kicks.apply(state, steps, air_velocity, table)
+        kicks.apply(state, steps, air_velocity, table if table.active.any() else None)
         if self._particles.cut(state, self._near, table, end):
             state.position[...], state.velocity[...], kicks.work[...] = before
             return False

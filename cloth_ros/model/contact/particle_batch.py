@@ -140,9 +140,9 @@ class ParticleBatch:
         near: Sequence[RigidCollider],
         times: Array,
         fastest: float,
-    ) -> ContactTable | None:
+    ) -> ContactTable:
         """
-        Return what the kernel needs for a batch; None if all colliders are out of reach.
+        Return what the kernel needs for a batch; its blocks are those in reach of a collider.
 
         Parameters
         ----------
@@ -178,9 +178,7 @@ class ParticleBatch:
         for n, clearance in enumerate(clearances.tolist()):
             near[n].clearance = clearance - self.excess
         self._found = None
-        if not table.active.any():
-            return None
-        if count == 1:
+        if count == 1 and table.active.any():
             self._found = Found(table, rows, margin)
         return table
 
@@ -244,21 +242,22 @@ class ParticleBatch:
 
         """
         found = []
-        grown = has_grown(state.position, *self._layout, table.rho, table.active, self._cells)
         gaps = np.empty(len(near))
+        # Blocks that a collider has reached, whether that was expected or not.
+        end = table._replace(rows=table.rows[-1:], active=np.empty_like(table.active))
         self._search(
-            state.position, state.velocity, *self._layout[:2], 0.0,
-            table._replace(rows=table.rows[-1:], active=table.active.copy()), np.zeros(len(near)),
-            gaps,
+            state.position, state.velocity, *self._layout[:2], 0.0, end, np.zeros(len(near)), gaps
         )  # fmt: skip
+        active = np.maximum(table.active, end.active)
+        grown = has_grown(state.position, *self._layout, table.rho, active, self._cells)
         for n, each in enumerate(near):
             # True for NaN.
             inside = not gaps[n] > -LEFT
             if inside:
                 self._found = None
             if math.isinf(each.shape.inner_radius):
-                # Alone, it moves all particles out that it may.
-                if inside and len(near) > 1:
+                # Alone, it moves all particles out that it may touch.
+                if inside and (len(near) > 1 or (end.active[n] > table.active[n]).any()):
                     found.append(each)
                 continue
             if not (grown or inside):
@@ -271,7 +270,7 @@ class ParticleBatch:
             # Where a particle is inside of the offset surface, all triangles are looked at.
             if triangles_cut(
                 state.position, *self._layout, self._none if inside else table.rho,
-                table.active[n], self._cells, each.triangle_kind, row, self._fields.of(each),
+                active[n], self._cells, each.triangle_kind, row, self._fields.of(each),
                 _TOO_DEEP * each.tolerance,
             ):  # fmt: skip
                 found.append(each)

@@ -107,9 +107,9 @@ class SubstepContact:
         fastest: float,
     ) -> tuple[list[RigidCollider], list[RigidCollider]]:
         """Return which colliders have touched the sheet, and which still cut triangles."""
-        table = self._particles.table(state, near, times, fastest) if near else None
-        if table is None:
+        if not near:
             return [], []
+        table = self._particles.table(state, near, times, fastest)
         kicks.resolve_contact(state, times[1] - times[0], table)
         touching = self._particles.take(state, near, table)
         cut = self._particles.cut(state, near, table, times[1])
