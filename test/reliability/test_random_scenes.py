@@ -115,7 +115,7 @@ def test_random_scenes(long, measured):
     """
     totals, patience = Counter(), 1.5 if long else 0.3
 
-    @examples(1 if long else 0.5)
+    @examples(1 if long else 0.3)
     @given(runs(varied=long))
     def check(run: Run) -> None:
         check_run(run, totals, patience)

@@ -78,9 +78,8 @@ class Contact:
         self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
         fields = MeshFields(colliders, dtype)
-        self._particles = ParticleBatch(
-            grid, dtype, self._rho, math.hypot(*scene.gravity), colliders, fields
-        )
+        self._gravity = math.hypot(*scene.gravity)
+        self._particles = ParticleBatch(grid, dtype, self._rho, self._gravity, colliders, fields)
         self._triangles = TriangleSubstep(grid, fields, np.array(scene.gravity))
         self._substeps = SubstepContact(self._particles, self._triangles)
         self._grid, self._cell_mass = grid, sheet.cell_mass
@@ -116,12 +115,13 @@ class Contact:
         """
         Return False if no collider can reach the sheet within `seconds`.
 
-        Not even if the sheet becomes twice as fast in that time; `pass_by` sees if it was faster.
+        Not even if the sheet becomes twice as fast in that time, and falls.
         """
         self._fastest = max_speed(state)
         self._near = []
+        gained = self._fastest + self._gravity * seconds
         for each in self.colliders.values():
-            far = each.clearance > seconds * (self._fastest + self._approach(each, state))
+            far = each.clearance > seconds * (gained + self._approach(each, state))
             if each.grows or not far:  # as for NaN
                 self._near.append(each)
             else:

@@ -126,7 +126,7 @@ def test_a_snapshot_gives_the_same_bits_again(folder, shape, precision):
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
 
 
-@pytest.mark.parametrize('threads', [2, 3])
+@pytest.mark.parametrize('threads', [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_threads_give_the_same_bits(folder, threads):
     """Of a large sheet that two colliders push, one of them small beside its cells."""
     body = solid('box', 0.2, folder)
