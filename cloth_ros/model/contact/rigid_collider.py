@@ -209,10 +209,12 @@ class RigidCollider:
 
     def begin_advance(self, time: float, seconds: float, inputs: Inputs) -> bool:
         """Start on the path that is commanded; return False if it is too fast to be followed."""
-        poses = [self.pose, *inputs.collider_paths.get(self.name, ())]
-        self.path = KinematicPath(poses, time, seconds, self._size)
+        commanded = inputs.collider_paths.get(self.name, ())
         self._seconds = seconds
         self._total = [0.0] * 6
+        if not commanded and not self.path.moves:
+            return True
+        self.path = KinematicPath([self.pose, *commanded], time, seconds, self._size)
         if self.path.length <= _FASTEST * seconds:
             return True
         self.pose = self._last()
@@ -231,8 +233,9 @@ class RigidCollider:
 
     def end_advance(self) -> None:
         """Take the pose at the end of the path."""
-        self.pose = self._last()
-        self.path = KinematicPath([self.pose], 0.0, 1.0, self._size)
+        if self.path.moves:
+            self.pose = self._last()
+            self.path = KinematicPath([self.pose], 0.0, 1.0, self._size)
 
     def grow(self, seconds: float) -> None:
         """Let the surface move out for some time, s, if it is not where it should be."""

@@ -149,8 +149,7 @@ def compose(
         notify(notified, thread)
         number = velocity.dtype.type
         row = np.uint64(stride)
-        # With contact, chunks of blocks.
-        size = CHUNK if contact else chunk_length(threads, begin, end)
+        size = chunk_length(threads, begin, end)
         chunks = (end - begin + size - 1) // size
         drifts = np.int64(0)  # a literal would be compiled for itself
         for n in range(len(table)):
@@ -212,10 +211,15 @@ def compose(
                         before, after = back_buffer, position
                     if operation <= KICK or operation == RESOLVE:
                         gravity = (springs[0], springs[1], springs[2])
-                        resolve(
-                            begin, first, last, chunk, drifts, h, before, after, velocity, former,
-                            mobility, gravity, contacts,
-                        )  # fmt: skip
+                        # The sums of contact are those of chunks, whatever the number of threads.
+                        stop = min((chunk + 1) * size, end - begin)
+                        for part in range(chunk * size // CHUNK, (stop + CHUNK - 1) // CHUNK):
+                            first = np.uint64(begin + part * CHUNK)
+                            last = np.uint64(begin + min((part + 1) * CHUNK, stop))
+                            resolve(
+                                begin, first, last, part, drifts, h, before, after, velocity,
+                                former, mobility, gravity, contacts,
+                            )  # fmt: skip
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)
             barrier(counters, chunks, n)
