@@ -19,23 +19,30 @@ from .shapes.shape import Distance
 
 def _search_loop(distance: Distance) -> Kernel:
     @inlined
-    def loop(first, last, position, velocity, rho, rows, n, fields, seconds):  # type: ignore[no-untyped-def]
-        """Return the least gap, m, that is left after so many s if all move towards the shape."""
+    def loop(position, velocity, begin, end, rho, rows, n, fields, seconds, approach, active):  # type: ignore[no-untyped-def]
+        """Mark the blocks in reach of collider n; return the least gap that is left, m."""
         number = velocity.dtype.type
         rotation, point, _, _, others, constants = load_row(rows, np.int64(0), n)
         px, py, pz = point
         inset, h, far = others[0], number(seconds), number(0.1 * GHOST)
-        nearest = far
-        for i in range(first, last):
-            x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
-            gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
-            u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-            gap += inset - h * np.sqrt(u * u + v * v + w * w)
-            # Not of a ghost, which may be on either side of a plane.
-            gap = gap if position[0, i] < far else far
-            # False for NaN.
-            nearest = gap if gap < nearest else nearest
-        return nearest
+        clearance = far
+        for block in range(active.shape[1]):
+            first = np.uint64(begin + block * BLOCK)
+            last = np.uint64(min(begin + (block + 1) * BLOCK, end))
+            nearest = far
+            for i in range(first, last):
+                x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
+                gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
+                u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+                # What is left if all move towards the shape for so many s.
+                gap += inset - h * np.sqrt(u * u + v * v + w * w)
+                # Not of a ghost, which may be on either side of a plane.
+                gap = gap if position[0, i] < far else far
+                # False for NaN.
+                nearest = gap if gap < nearest else nearest
+            active[n, block] = 0 if nearest > approach else 1
+            clearance = min(clearance, nearest)
+        return clearance
 
     return loop
 
@@ -77,44 +84,41 @@ def compose_search(kinds: Set[int]) -> Kernel:
         for n in range(len(types)):
             kind = types[n]
             fields = (values, shares, np.uint64(starts[n]))
-            clearance = np.inf
-            for block in range(active.shape[1]):
-                first = np.uint64(begin + block * BLOCK)
-                last = np.uint64(min(begin + (block + 1) * BLOCK, end))
-                gap = position[0, first]
-                if has_plane:
-                    if kind == plane.KIND:
-                        gap = _to_plane(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_sphere:
-                    if kind == sphere.KIND:
-                        gap = _to_sphere(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_capsule:
-                    if kind == capsule.KIND:
-                        gap = _to_capsule(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_box:
-                    if kind == box.KIND:
-                        gap = _to_box(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_cylinder:
-                    if kind == cylinder.KIND:
-                        gap = _to_cylinder(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                if has_mesh:
-                    if kind == mesh_distance.KIND:
-                        gap = _to_mesh(
-                            first, last, position, velocity, rho, rows, n, fields, seconds
-                        )
-                clearance = min(clearance, gap)
-                # True for NaN.
-                active[n, block] = 0 if gap > approaches[n] else 1
-            clearances[n] = clearance
+            if has_plane:
+                if kind == plane.KIND:
+                    clearances[n] = _to_plane(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
+            if has_sphere:
+                if kind == sphere.KIND:
+                    clearances[n] = _to_sphere(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
+            if has_capsule:
+                if kind == capsule.KIND:
+                    clearances[n] = _to_capsule(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
+            if has_box:
+                if kind == box.KIND:
+                    clearances[n] = _to_box(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
+            if has_cylinder:
+                if kind == cylinder.KIND:
+                    clearances[n] = _to_cylinder(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
+            if has_mesh:
+                if kind == mesh_distance.KIND:
+                    clearances[n] = _to_mesh(
+                        position, velocity, begin, end, rho, rows, n, fields, seconds,
+                        approaches[n], active,
+                    )  # fmt: skip
 
     return search
