@@ -157,8 +157,9 @@ class _PartLibrary(JITCodeLibrary):
                 function.linkage = 'linkonce_odr'
         self._shared_module = module
         names = [each.name for each in module.global_variables if 'NumbaEnv' in each.name]
+        # An integer in place of a pointer, whose syntax differs between versions of LLVM.
         self._final_module = llvm.parse_assembly(
-            '\n'.join([f'@{name} = common global ptr null' for name in names])
+            '\n'.join([f'@{name} = common global i64 0' for name in names])
         )
         super()._finalize_final_module()  # type: ignore[no-untyped-call]
 
