@@ -1,11 +1,11 @@
 """
 Rates of a live node: ticks, messages, and processor time of commands.
 
-    python -m bench.live_rates [--size 128] [--seconds 300] [--threads 1]
+    python -m bench.live_rates [--scene FILE] [--size 128] [--seconds 300] [--threads 1]
 
-Starts a node, subscribes to its particles and markers from this process, and prints the rates of
-reception and the values of its diagnostics.  Then commands wind a thousand times per second, and
-prints the processor time that the node needs for it.
+Starts a node with a scene, subscribes to its particles and markers from this process, and prints
+the rates of reception and the values of its diagnostics.  Then commands wind a thousand times per
+second, and prints the processor time that the node needs for it.
 """
 
 from __future__ import annotations
@@ -55,6 +55,7 @@ class Listener(Probe):
 def main() -> None:
     """Start a node, measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--scene', type=Path, help='a file in config/; default: a hanging sheet')
     parser.add_argument('--size', type=int, default=128)
     parser.add_argument('--seconds', type=float, default=300.0)
     parser.add_argument('--threads', type=int, default=1)
@@ -65,6 +66,8 @@ def main() -> None:
         'solver.threads': arguments.threads,
     }
     command = [*NODE, '--ros-args']
+    if arguments.scene is not None:
+        command += ['--params-file', str(arguments.scene)]
     for name, value in parameters.items():
         command += ['-p', f'{name}:={value}']
     with free_domain() as domain, probing(domain, Listener) as listener:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -110,10 +110,12 @@ class Simulation:
         self.substeps = 0
         colliders = scene.all_colliders()
         self.contact = Contact(scene, self.grid, dtype) if colliders else None
-        self._kinds = self.contact.kinds if self.contact else frozenset()
+        self._shapes: dict[str, Any] = {}
+        if self.contact is not None:
+            self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
-        self._kick_drift = KickDrift(scene, self.grid, dtype, kinds=self._kinds)
+        self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
         self._integrator: type[Integrator] = integrator_for(scene)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
@@ -338,9 +340,7 @@ class Simulation:
         """
         elastic, _ = rate_bounds(self.scene)
         drag = DampedEuler.drag(h / (DAMPED_DIVISION * self.step_control.division), elastic)
-        return KickDrift(
-            self.scene, self.grid, self.state.dtype, extra_drag=drag, kinds=self._kinds
-        )
+        return KickDrift(self.scene, self.grid, self.state.dtype, extra_drag=drag, **self._shapes)
 
     # Compilation
 

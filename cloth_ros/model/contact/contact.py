@@ -24,7 +24,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...scene import Scene
-from ..grid import Grid
+from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
 from .contact_snapshot import ContactSnapshot
@@ -77,9 +77,11 @@ class Contact:
         self.colliders = {each.name: each for each in colliders}
         self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
-        fields = MeshFields(colliders, dtype)
+        fields, pinned = MeshFields(colliders, dtype), scene.pinned()
         self._gravity = math.hypot(*scene.gravity)
-        self._particles = ParticleBatch(grid, dtype, self._rho, self._gravity, colliders, fields)
+        self._particles = ParticleBatch(
+            grid, dtype, self._rho, self._gravity, pinned, colliders, fields
+        )
         self._triangles = TriangleSubstep(grid, fields, np.array(scene.gravity))
         self._substeps = SubstepContact(self._particles, self._triangles)
         self._grid, self._cell_mass = grid, sheet.cell_mass
@@ -88,7 +90,11 @@ class Contact:
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
-        self._pinned = bool(scene.pinned().any())
+        self._pinned = bool(pinned.any())
+        # Steps of a batch, and times of their drifts from its start, s.
+        self._times_of: tuple[tuple[Drift, ...], Array] = ((), np.zeros(1))
+        # Positions and velocities at the start of a batch, m and m/s.
+        self._before = np.stack([grid.field(dtype), grid.field(dtype)])
 
     # An advance
 
@@ -242,13 +248,16 @@ class Contact:
         time: float,
     ) -> bool:
         """Make a batch with contact of particles; return False, and undo it, if not enough."""
-        end = time + seconds
-        offsets = np.cumsum([0.0, *[step.drift for step in steps]])
-        table = self._particles.table(state, self._near, time + offsets, self._fastest)
-        before = (state.position.copy(), state.velocity.copy(), kicks.work.copy())
+        if self._times_of[0] is not steps:  # most batches have the same steps
+            self._times_of = (steps, np.cumsum([0.0, *[step.drift for step in steps]]))
+        times = time + self._times_of[1]
+        table = self._particles.table(state, self._near, times, self._fastest)
+        before, work = self._before, kicks.work.copy()
+        before[0], before[1] = state.position, state.velocity
         kicks.apply(state, steps, air_velocity, table if table.active.any() else None)
-        if self._particles.cut(state, self._near, table, end):
-            state.position[...], state.velocity[...], kicks.work[...] = before
+        if self._particles.cut(state, self._near, table, time + seconds):
+            state.position[...], state.velocity[...] = before
+            kicks.work[...] = work
             return False
         self._note(self._particles.take(state, self._near, table))
         return True

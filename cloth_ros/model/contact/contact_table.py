@@ -25,6 +25,8 @@ class ContactTable(NamedTuple):
         1 where a block of particles is in reach, else 0: int64, shape (colliders, blocks).
     rho
         Bound of the circumradius of the triangles of each particle, m, shape (size,).
+    mass
+        Of each particle, in units of that of a cell; 0 for pinned ones and ghosts; shape (size,).
     values, shares, starts
         Distances and shares of all meshes, flat, and where those of each collider begin.
     sums
@@ -36,6 +38,7 @@ class ContactTable(NamedTuple):
     rows: Array
     active: Array
     rho: Array
+    mass: Array
     values: Array
     shares: Array
     starts: Array
@@ -48,4 +51,4 @@ def no_contacts(dtype: type) -> ContactTable:
     real: Array = np.zeros(0, dtype)
     rows: Array = np.zeros((0, 0, ROW), dtype)
     sums, active = np.zeros((0, 0, SUMS)), np.zeros((0, 0), np.int64)
-    return ContactTable(none, rows, active, real, real, real, none, sums)
+    return ContactTable(none, rows, active, real, real, real, real, none, sums)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from ..kernels.jit import exact_subroutine
 from .particle_contact import INSET, SHAPE
-from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
+from .shapes import mesh_distance
+from .shapes.by_kind import DISTANCES, by_kind
+
+_distance = by_kind(DISTANCES.keys(), lambda kind: DISTANCES[kind])
 
 
 @exact_subroutine
@@ -29,22 +32,12 @@ def distance_from(kind, row, fields, x, y, z, rho):  # type: ignore[no-untyped-d
         row[SHAPE], row[SHAPE + 1], row[SHAPE + 2], row[SHAPE + 3], row[SHAPE + 4],
         row[SHAPE + 5], row[SHAPE + 6], row[SHAPE + 7], row[SHAPE + 8], row[SHAPE + 9],
         row[SHAPE + 10], row[SHAPE + 11], row[SHAPE + 12], row[SHAPE + 13], row[SHAPE + 14],
-        row[SHAPE + 15], row[SHAPE + 16],
+        row[SHAPE + 15], row[SHAPE + 16], row[SHAPE + 17], row[SHAPE + 18],
     )  # fmt: skip
     rotation = (row[0], row[1], row[2], row[3], row[4], row[5], row[6], row[7], row[8])
-    if kind == plane.KIND:
-        d, a, b, c = plane.distance(x, y, z, rotation, constants, rho, fields)
-    elif kind == sphere.KIND:
-        d, a, b, c = sphere.distance(x, y, z, rotation, constants, rho, fields)
-    elif kind == capsule.KIND:
-        d, a, b, c = capsule.distance(x, y, z, rotation, constants, rho, fields)
-    elif kind == box.KIND:
-        d, a, b, c = box.distance(x, y, z, rotation, constants, rho, fields)
-    elif kind == cylinder.KIND:
-        d, a, b, c = cylinder.distance(x, y, z, rotation, constants, rho, fields)
-    else:
+    if kind == mesh_distance.KIND:
         rho = rho + row[SHAPE + mesh_distance.MARGIN]
-        d, a, b, c = mesh_distance.distance(x, y, z, rotation, constants, rho, fields)
+    d, a, b, c = _distance(kind, x, y, z, rotation, constants, rho, fields)
     return d + row[INSET], a, b, c
 
 

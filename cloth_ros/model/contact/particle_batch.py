@@ -54,6 +54,15 @@ class Found(NamedTuple):
     left: float
 
 
+class _Prepared(NamedTuple):
+    """Arrays for batches with the same colliders; one batch is made at a time."""
+
+    table: ContactTable
+    at_end: ContactTable  # its last rows, and the blocks that are in reach at the end
+    rows: list[Array]  # that the table was filled from
+    active: Array  # blocks in reach in the batch or at its end
+
+
 class ParticleBatch:
     """
     Makes tables for batches, and checks their outcome.
@@ -66,6 +75,8 @@ class ParticleBatch:
         Circumradius of the triangles of the flat sheet, m.
     gravity
         m/s².
+    pinned
+        Which particles are, bool, shape (rows, columns).
     colliders
         Of the scene.
     fields
@@ -87,6 +98,7 @@ class ParticleBatch:
         dtype: type,
         rho: float,
         gravity: float,
+        pinned: Array,
         colliders: Sequence[RigidCollider],
         fields: MeshFields,
     ) -> None:
@@ -96,11 +108,15 @@ class ParticleBatch:
         self._search = compose_search(frozenset([each.kind for each in colliders]))
         self._cells = grid.field(dtype, components=1)[0]
         self.rho: Array = grid.field(dtype, components=1)[0]
+        self._mass: Array = grid.field(dtype, components=1)[0]
+        grid.interior(self._mass)[...] = grid.tributary_areas * ~pinned
         self._gravity, self._small = gravity, _UNCHANGED * _LEAST * rho
         self._found: Found | None = None
         self.invalidate()
         self._none: Array = np.zeros_like(self.rho)
-        self._cached: dict[tuple[Any, ...], ContactTable] = {}
+        # Of each collider in a search: by how much it approaches the sheet, and the clearance, m.
+        self._numbers = np.zeros((2, len(colliders)))
+        self._cached: dict[tuple[Any, ...], _Prepared] = {}
 
     def invalidate(self) -> None:
         """Bound the triangles anew, and search for blocks in reach, at the next batch."""
@@ -158,27 +174,23 @@ class ParticleBatch:
         """
         seconds = float(times[-1] - times[0])
         self._measure(state, seconds, seconds * self._speed(fastest, seconds))
-        approaches = [
-            seconds * (each.surface_speed(state.origin) + GROWTH_SPEED * each.grows)
-            for each in near
-        ]
-        rows = [each.rows(state.origin, times) for each in near]
-        count = max([len(row) for row in rows])
-        table = self._empty(tuple([each.kind for each in near]), count)
-        for n, row in enumerate(rows):
-            table.rows[:, n] = row
-            table.starts[n] = self._fields.starts[near[n].name]
-        table.sums[...] = 0
-        clearances = np.empty(len(near))
         margin = _MARGIN * self._bounds[0]
+        rows = [each.rows(state.origin, times) for each in near]
+        prepared = self._prepare(near, rows)
+        approaches, clearances = self._numbers[:, : len(near)]
+        for n, each in enumerate(near):
+            motion = seconds * (each.surface_speed(state.origin) + GROWTH_SPEED * each.grows)
+            approaches[n] = motion + margin + self.excess
+        table = prepared.table
+        table.sums[...] = 0
         self._search(
-            state.position, state.velocity, *self._layout[:2], seconds, table,
-            np.array(approaches) + margin + self.excess, clearances,
+            state.position, state.velocity, *self._layout[:2], seconds, table, approaches,
+            clearances,
         )  # fmt: skip
         for n, clearance in enumerate(clearances.tolist()):
             near[n].clearance = clearance - self.excess
         self._found = None
-        if count == 1 and table.active.any():
+        if len(table.rows) == 1 and table.active.any():
             self._found = Found(table, rows, margin)
         return table
 
@@ -198,34 +210,49 @@ class ParticleBatch:
         )  # fmt: skip
         self.elapsed, self.moved = 0.0, motion
 
-    def _empty(self, kinds: tuple[int, ...], count: int) -> ContactTable:
-        """Return a table for colliders of these kinds and so many rows; one is used at a time."""
-        table = self._cached.get((kinds, count))
-        if table is None:
-            number, particles = len(kinds), self._grid.end - self._grid.begin
-            table = ContactTable(
-                np.array(kinds),
-                np.zeros((count, number, ROW), self._dtype),
-                np.zeros((number, -(-particles // BLOCK)), np.int64),
-                self.rho,
-                self._fields.values,
-                self._fields.shares,
-                np.zeros(number, np.int64),
-                np.zeros((number, -(-particles // CHUNK), SUMS)),
-            )
+    def _prepare(self, near: Sequence[RigidCollider], rows: list[Array]) -> _Prepared:
+        """Return arrays for these colliders, filled with their rows."""
+        count = max([len(row) for row in rows])
+        key = (*[each.kind for each in near], count)
+        prepared = self._cached.get(key)
+        if prepared is None:
             if len(self._cached) == _MAX_TABLES:
                 self._cached.clear()
-            self._cached[kinds, count] = table
-        return table
+            prepared = self._cached[key] = self._empty(near, count)
+        known = prepared.rows
+        for n, row in enumerate(rows):
+            if len(known) != len(rows) or row is not known[n]:
+                prepared.table.rows[:, n] = row
+                prepared.table.starts[n] = self._fields.starts[near[n].name]
+        known[:] = rows
+        return prepared
+
+    def _empty(self, near: Sequence[RigidCollider], count: int) -> _Prepared:
+        """Return arrays for these colliders, with so many rows of each."""
+        number, particles = len(near), self._grid.end - self._grid.begin
+        table = ContactTable(
+            np.array([each.kind for each in near]),
+            np.zeros((count, number, ROW), self._dtype),
+            np.zeros((number, -(-particles // BLOCK)), np.int64),
+            self.rho,
+            self._mass,
+            self._fields.values,
+            self._fields.shares,
+            np.zeros(number, np.int64),
+            np.zeros((number, -(-particles // CHUNK), SUMS)),
+        )
+        at_end = table._replace(rows=table.rows[-1:], active=np.zeros_like(table.active))
+        return _Prepared(table, at_end, [], np.zeros_like(table.active))
 
     def take(
         self, state: State, near: Sequence[RigidCollider], table: ContactTable
     ) -> list[RigidCollider]:
         """Add the sums of a batch to those of the colliders; return those that have touched."""
-        total = table.sums.sum(axis=1)
+        totals = np.add.reduce(table.sums, axis=1).tolist()
+        origin = state.origin.tolist()
         for n, each in enumerate(near):
-            each.take(table.rows[-1, n], state.origin, total[n])
-        return [each for n, each in enumerate(near) if total[n, TOUCHED]]
+            each.take(table.rows[-1, n], origin, totals[n])
+        return [each for n, each in enumerate(near) if totals[n][TOUCHED]]
 
     def cut(
         self, state: State, near: Sequence[RigidCollider], table: ContactTable, time: float
@@ -242,13 +269,15 @@ class ParticleBatch:
 
         """
         found = []
-        gaps = np.empty(len(near))
+        prepared = self._cached[(*table.kinds.tolist(), len(table.rows))]
+        end, active = prepared.at_end, prepared.active
+        none, gaps = self._numbers[:, : len(near)]
+        none[...] = 0
         # Blocks that a collider has reached, whether that was expected or not.
-        end = table._replace(rows=table.rows[-1:], active=np.empty_like(table.active))
         self._search(
-            state.position, state.velocity, *self._layout[:2], 0.0, end, np.zeros(len(near)), gaps
+            state.position, state.velocity, *self._layout[:2], 0.0, end, none, gaps
         )  # fmt: skip
-        active = np.maximum(table.active, end.active)
+        np.maximum(table.active, end.active, out=active)
         grown = has_grown(state.position, *self._layout, table.rho, active, self._cells)
         for n, each in enumerate(near):
             # True for NaN.
@@ -287,7 +316,7 @@ class ParticleBatch:
 
     def warm_up(self, colliders: Sequence[RigidCollider], state: State) -> ContactTable:
         """Compile the kernels; return a table of which nothing is in reach."""
-        table = self._empty(tuple([each.kind for each in colliders]), 1)
+        table = self._empty(colliders, 1).table
         self._measure(state, 0.0, math.inf)
         none = np.zeros(len(colliders))
         self._search(state.position, state.velocity, *self._layout[:2], 0.0, table, none, none)

@@ -19,9 +19,6 @@ bit, and no order of particles or triangles has any influence.
 Between the particles, the offset of a shape keeps triangles out; see `shapes.shape`.
 """
 
-# A branch on a constant must be nested: joined to another condition it would be compiled.
-# ruff: noqa: SIM102
-
 from __future__ import annotations
 
 import functools
@@ -30,8 +27,9 @@ from collections.abc import Set
 import numpy as np
 
 from ..kernels.jit import Kernel, inlined
-from .shapes import box, capsule, cylinder, mesh_distance, plane, sphere
-from .shapes.shape import COMMON, CONSTANTS, Distance
+from .shapes import mesh_distance
+from .shapes.by_kind import IN_LOOPS, by_kind
+from .shapes.shape import COMMON, CONSTANTS
 
 # A sliding velocity that the kick has reversed is not stopped if what it was exceeds this share of
 # what it is.
@@ -86,16 +84,22 @@ def load_row(rows, drift, n):  # type: ignore[no-untyped-def]
         rows[drift, n, 34], rows[drift, n, 35], rows[drift, n, 36], rows[drift, n, 37],
         rows[drift, n, 38], rows[drift, n, 39], rows[drift, n, 40], rows[drift, n, 41],
         rows[drift, n, 42], rows[drift, n, 43], rows[drift, n, 44], rows[drift, n, 45],
-        rows[drift, n, 46],
+        rows[drift, n, 46], rows[drift, n, 47], rows[drift, n, 48],
     )  # fmt: skip
     return rotation, point, spin, velocity, others, constants
 
 
-def _particle_loop(distance: Distance, moving: bool) -> Kernel:
+def _particle_loop(distance: Kernel, moving: bool, several: bool) -> Kernel:
+    """
+    Return the loop for a shape, without what one collider, or one at rest, does not need.
+
+    `distance` is one of `shapes.by_kind.IN_LOOPS`.
+    """
+
     @inlined
     def loop(  # type: ignore[no-untyped-def]
-        first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift, n,
-        fields, gravity, h, sums, chunk,
+        first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
+        gravity, h, sums, chunk,
     ):  # fmt: skip
         number = velocity.dtype.type
         zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
@@ -108,11 +112,11 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
         share = number(1.0 - np.exp(-np.float64(h) / _CORRECTED))
         rounding = slop * slop
         gx, gy, gz = gravity
-        jx = jy = jz = lx = ly = lz = work = touched = zero
+        weight = np.sqrt(gx * gx + gy * gy + gz * gz)  # at most, whatever the normal
+        jx = jy = jz = lx = ly = lz = work = raised = touched = zero
         for i in range(first, last):
             x, y, z = back_buffer[0, i] - px, back_buffer[1, i] - py, back_buffer[2, i] - pz
-            gap, nx, ny, nz = distance(x, y, z, rotation, constants, rho[i], fields)
-            inverse_mass = mobility[0, i] * mobility[1, i]
+            gap, nx, ny, nz = distance(x, y, z, rotation, constants, rho[i], fields, i - first)
             depth = slop - inset - gap
             # Velocity of the surface, and relative to it.
             vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
@@ -130,7 +134,7 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             u, v, w = u - along * nx, v - along * ny, w - along * nz
             if moving:
                 along, was = along - growth, was - growth
-            touch = depth > zero and inverse_mass > zero
+            touch = depth > zero and mass[i] > zero
             # Before the kick; a push, and friction, must not add energy to what it was.
             push = min(depth * per_h, max(-along - max(was, zero), zero))
             push = push if touch else zero
@@ -149,27 +153,29 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
             tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
             u, v, w = vx + tx, vy + ty, vz + tz
             velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-            # What another collider has moved the particle by in this drift is kept.
-            ex = back_buffer[0, i] - (position[0, i] + h * vx)
-            ey = back_buffer[1, i] - (position[1, i] + h * vy)
-            ez = back_buffer[2, i] - (position[2, i] + h * vz)
-            moved = ex * ex + ey * ey + ez * ez > rounding
-            ex, ey, ez = ex if moved else zero, ey if moved else zero, ez if moved else zero
+            ex, ey, ez = left * nx, left * ny, left * nz
+            if several:
+                # What another collider has moved the particle by in this drift is kept.
+                ax = back_buffer[0, i] - (position[0, i] + h * vx)
+                ay = back_buffer[1, i] - (position[1, i] + h * vy)
+                az = back_buffer[2, i] - (position[2, i] + h * vz)
+                moved = ax * ax + ay * ay + az * az > rounding
+                ex = ex + (ax if moved else zero)
+                ey = ey + (ay if moved else zero)
+                ez = ez + (az if moved else zero)
             # From the position before the drift: a particle at rest stays there to the bit.
-            at_x = position[0, i] + h * u + (ex + left * nx)
-            at_y = position[1, i] + h * v + (ey + left * ny)
-            at_z = position[2, i] + h * w + (ez + left * nz)
+            at_x = position[0, i] + h * u + ex
+            at_y = position[1, i] + h * v + ey
+            at_z = position[2, i] + h * w + ez
             back_buffer[0, i] = at_x if touch else back_buffer[0, i]
             back_buffer[1, i] = at_y if touch else back_buffer[1, i]
             back_buffer[2, i] = at_z if touch else back_buffer[2, i]
-            mass = one / max(inverse_mass, one)
-            tx, ty, tz = mass * tx, mass * ty, mass * tz
+            tx, ty, tz = mass[i] * tx, mass[i] * ty, mass[i] * tz
             jx, jy, jz = jx + tx, jy + ty, jz + tz
             lx += y * tz - z * ty
             ly += z * tx - x * tz
             lz += x * ty - y * tx
-            lift = max(-(gx * nx + gy * ny + gz * nz), zero)
-            work += mass * lift * left
+            raised += mass[i] * left
             if moving:
                 work += max(p * tx + q * ty + r * tz, zero)
             touched += one if touch else zero
@@ -179,96 +185,106 @@ def _particle_loop(distance: Distance, moving: bool) -> Kernel:
         sums[n, chunk, 3] += lx
         sums[n, chunk, 4] += ly
         sums[n, chunk, 5] += lz
-        sums[n, chunk, 6] += work
+        sums[n, chunk, 6] += work + weight * raised
         sums[n, chunk, 7] += touched
         sums[n, chunk, 8] += touched
 
     return loop
 
 
-def _contact(distance: Distance) -> Kernel:
-    """Return the loop for a shape, without what a collider at rest does not need if it is."""
-    still, moving = _particle_loop(distance, False), _particle_loop(distance, True)
+def _contact(kind: int, several: bool) -> Kernel:
+    """Return the contact of a range of particles with a shape, at rest or moving."""
+    distance = IN_LOOPS[kind]
+    loops = [_particle_loop(distance, moving, several) for moving in (False, True)]
+    if kind == mesh_distance.KIND:
+        loops = [_tiled(each) for each in loops]
+    still, moving = loops
 
     @inlined
-    def choose(  # type: ignore[no-untyped-def]
-        moves, first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
-                n, fields, gravity, h, sums, chunk,
-    ):  # fmt: skip
+    def choose(moves, *arguments):  # type: ignore[no-untyped-def]
         if moves:
-            moving(
-                first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
-                n, fields, gravity, h, sums, chunk,
-            )  # fmt: skip
+            moving(*arguments)
         else:
-            still(
-                first, last, position, back_buffer, velocity, former, mobility, rho, rows, drift,
-                n, fields, gravity, h, sums, chunk,
-            )  # fmt: skip
+            still(*arguments)
 
     return choose
 
 
-_with_plane = _contact(plane.distance)
-_with_sphere = _contact(sphere.distance)
-_with_capsule = _contact(capsule.distance)
-_with_box = _contact(box.distance)
-_with_cylinder = _contact(cylinder.distance)
-_with_mesh = _contact(mesh_distance.distance)
+def _tiled(loop: Kernel) -> Kernel:
+    """Return a loop for meshes."""
+    tiles = mesh_distance.in_tiles(loop)
+
+    @inlined
+    def in_tiles(  # type: ignore[no-untyped-def]
+        first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
+        gravity, h, sums, chunk,
+    ):  # fmt: skip
+        rotation, point, _, _, _, constants = load_row(rows, drift, n)
+        arguments = (
+            position, back_buffer, velocity, former, mass, rho, rows, drift, n, gravity, h, sums,
+            chunk,
+        )  # fmt: skip
+        tiles(first, last, back_buffer, point, rotation, constants, fields, arguments)
+
+    return in_tiles
+
 
 # Sweeps over the colliders where several may touch the same particles.
 _SWEEPS = 2
 
 
 @functools.cache
-def compose(kinds: Set[int]) -> Kernel:
+def compose(kinds: Set[int], several: bool) -> Kernel:
     """
-    Return the contact of a chunk of particles with colliders whose shapes are of these kinds.
+    Return the contact of a chunk of particles with colliders.
 
-    It takes
+    Parameters
+    ----------
+    kinds
+        Those of their shapes.
+    several
+        True if there is more than one.
 
-    begin, first, last, chunk
-        Flat index of the first particle of the sheet, and of the first and after the last one of
-        the chunk, and its number; a chunk has a whole number of blocks of `BLOCK`;
-    drift, h
-        Number of the drift that these have made, and its length, s;
-    before, after
-        Their positions before and after it, m; the latter are corrected;
-    velocity, former
-        After the kick, m/s, which is corrected, and before it;
-    mobility
-        As in `State`;
-    gravity
-        m/s²;
-    contacts
-        A `ContactTable`.
+    Returns
+    -------
+    Kernel
+        It takes
+
+        begin, first, last, chunk
+            Flat index of the first particle of the sheet, and of the first and after the last one
+            of the chunk, and its number; a chunk has a whole number of blocks of `BLOCK`;
+        drift, h
+            Number of the drift that these have made, and its length, s;
+        before, after
+            Their positions before and after it, m; the latter are corrected;
+        velocity, former
+            After the kick, m/s, which is corrected, and before it;
+        gravity
+            m/s²;
+        contacts
+            A `ContactTable`.
+
     """
-    has_plane, has_sphere = plane.KIND in kinds, sphere.KIND in kinds
-    has_capsule, has_box = capsule.KIND in kinds, box.KIND in kinds
-    has_cylinder, has_mesh = cylinder.KIND in kinds, mesh_distance.KIND in kinds
+    contact = by_kind(kinds, lambda kind: _contact(kind, several))
 
-    # Branches on a constant are left out before they are compiled.
     @inlined
     def resolve(  # type: ignore[no-untyped-def]
-        begin, first, last, chunk, drift, h, before, after, velocity, former, mobility, gravity,
-        contacts,
-    ):  # fmt: skip
-        types, rows, active, rho, values, shares, starts, sums = contacts
+        begin, first, last, chunk, drift, h, before, after, velocity, former, gravity, contacts
+    ):
+        types, rows, active, rho, mass, values, shares, starts, sums = contacts
         for n in range(len(types)):
             sums[n, chunk, TOUCHING] = 0
         chunk_end = last
         low, high = (first - begin) // BLOCK, (last - begin + BLOCK - 1) // BLOCK
-        repeat = False
-        for block in range(low, high):
-            count = 0
-            for n in range(len(types)):
-                count += active[n, block]
-            repeat = repeat or count > 1
-        for again in range(_SWEEPS * len(types)):
+        sweeps = 1
+        if several:
+            for block in range(low, high):
+                count = 0
+                for n in range(len(types)):
+                    count += active[n, block]
+                sweeps = _SWEEPS if count > 1 else sweeps
+        for again in range(sweeps * len(types)):
             n = again % len(types)
-            if again >= len(types) and not repeat:
-                break
-            kind = types[n]
             number = min(drift, len(rows) - 1)
             moves = rows[number, n, GROWTH] != 0.0
             for k in range(SPIN, INSET):
@@ -284,41 +300,9 @@ def compose(kinds: Set[int]) -> Kernel:
                 while block < high and active[n, block]:
                     block += 1
                 last = min(np.uint64(begin + block * BLOCK), chunk_end)
-                if has_plane:
-                    if kind == plane.KIND:
-                        _with_plane(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
-                if has_sphere:
-                    if kind == sphere.KIND:
-                        _with_sphere(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
-                if has_capsule:
-                    if kind == capsule.KIND:
-                        _with_capsule(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
-                if has_box:
-                    if kind == box.KIND:
-                        _with_box(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
-                if has_cylinder:
-                    if kind == cylinder.KIND:
-                        _with_cylinder(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
-                if has_mesh:
-                    if kind == mesh_distance.KIND:
-                        _with_mesh(
-                            moves, first, last, before, after, velocity, former, mobility, rho,
-                            rows, number, n, fields, gravity, h, sums, chunk,
-                        )  # fmt: skip
+                contact(
+                    types[n], moves, first, last, fields, before, after, velocity, former, mass,
+                    rho, rows, number, n, gravity, h, sums, chunk,
+                )  # fmt: skip
 
     return resolve

@@ -8,6 +8,7 @@ from ..grid import GHOST
 from ..kernels.jit import exact, exact_subroutine, kernel
 from .deepest_point import deepest_point
 from .distance import distance_from, in_own_frame
+from .minimum import least
 from .particle_contact import BLOCK, POINT
 from .sheet_bounds import longest_edges
 
@@ -49,9 +50,10 @@ def has_grown(position, begin, end, stride, rho, active, cells):  # type: ignore
 
     """
     number = position.dtype.type
-    factor = number(4.0 * _LARGER)
+    zero, factor = number(0), number(4.0 * _LARGER)
     row, one = np.uint64(stride), np.uint64(1)
-    grown = number(0)
+    margins = np.empty(BLOCK, position.dtype)
+    left = zero
     for block in range(active.shape[1]):
         near = 0
         for n in range(len(active)):
@@ -61,12 +63,11 @@ def has_grown(position, begin, end, stride, rho, active, cells):  # type: ignore
         first = np.uint64(begin + block * BLOCK)
         last = np.uint64(min(begin + (block + 1) * BLOCK, end))
         longest_edges(position, first - row - one, last, row, cells)
-        excess = number(0)
         for i in range(first, last):
             squared = max(max(cells[i], cells[i - one]), max(cells[i - row], cells[i - row - one]))
-            excess = max(excess, squared - factor * rho[i] * rho[i])
-        grown = max(grown, excess)
-    return grown > 0
+            margins[i - first] = factor * rho[i] * rho[i] - squared
+        left = min(left, least(margins, 0, zero))
+    return left < zero
 
 
 @exact

@@ -312,7 +312,7 @@ class RigidCollider:
         rows[:, SHAPE + CONSTANTS :] = COMMON
         return rows
 
-    def take(self, row: Array, origin: Array, sums: Array) -> None:
+    def take(self, row: Array, origin: list[float], sums: list[float]) -> None:
         """
         Add the sums of a batch to those so far.
 
@@ -321,14 +321,15 @@ class RigidCollider:
         row
             The last one of the batch, shape (ROW,).
         origin
-            Of the state, m.
+            Of the state, m, three numbers.
         sums
-            Shape (SUMS,).
+            Of the batch, `SUMS` numbers.
 
         """
-        jx, jy, jz, lx, ly, lz, work, _, touching = sums.tolist()
+        jx, jy, jz, lx, ly, lz, work, _, touching = sums
         # From the origin to the reference point, as both are at the end of the batch.
-        x, y, z = (row[POINT:SPIN] + origin - self.pose[:3]).tolist()
+        point = row[POINT:SPIN].tolist()
+        x, y, z = [point[k] + (origin[k] - self.pose[k]) for k in range(3)]
         self._total[0] += jx
         self._total[1] += jy
         self._total[2] += jz

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..grid import GHOST_DISTANCE_SQUARED
 from ..kernels.jit import inlined, kernel
+from .minimum import least_of_all
 
 # Factor on the longest edge: velocities change in a batch, and a small motion is not followed.
 _MARGIN = 1.03
@@ -85,10 +86,11 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
     half, kept = number(0.5 * _MARGIN), number(max(1.0 - elapsed / _MEMORY, 0.0))
-    floor, ceiling, excess = number(least), number(most), number(0)
+    floor, ceiling = number(least), number(most)
     rise = number(least * elapsed / _RISE)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
+    margins = np.empty(end - begin, position.dtype)
     for i in range(first - row - one, last):
         right, below, across = i + one, i + row, i + row + one
         longest = _stretched(zero, position, velocity, i, right, t, ghost)
@@ -103,5 +105,5 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         largest = half * np.sqrt(squared)
         wanted = min(largest, ceiling)
         rho[i] = max(min(max(wanted, kept * now), now + rise), floor)
-        excess = max(excess, largest - rho[i])
-    return excess
+        margins[i - first] = rho[i] - largest
+    return -least_of_all(margins, zero)

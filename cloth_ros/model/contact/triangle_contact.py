@@ -38,10 +38,11 @@ def _rotate_back(matrix, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @exact_subroutine
-def _load(  # type: ignore[no-untyped-def]
-    position, velocity, mobility, particles, h, before, after, points, velocities, inverse_masses
-):
-    """Write the particles as they were before the substep, in the frame of the collider."""
+def _load(position, velocity, mobility, particles, h, before, after):  # type: ignore[no-untyped-def]
+    """Return points, velocities and inverse masses before the substep, in the collider's frame."""
+    number = len(particles)
+    points, velocities = np.empty((number, 3)), np.empty((number, 3))
+    inverse_masses = np.empty(number)
     for n in range(len(particles)):
         i = particles[n]
         inverse_masses[n] = mobility[0, i] * mobility[1, i]
@@ -58,6 +59,7 @@ def _load(  # type: ignore[no-untyped-def]
         else:
             points[n, 0], points[n, 1], points[n, 2] = p, q, r
             velocities[n, 0] = velocities[n, 1] = velocities[n, 2] = 0.0
+    return points, velocities, inverse_masses
 
 
 @exact_subroutine
@@ -145,13 +147,9 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
         the greatest correction of a position, m.
 
     """
-    number = len(particles)
-    points, velocities = np.empty((number, 3)), np.empty((number, 3))
-    inverse_masses = np.empty(number)
-    _load(
-        position, velocity, mobility, particles, h, before, after, points, velocities,
-        inverse_masses,
-    )  # fmt: skip
+    points, velocities, inverse_masses = _load(
+        position, velocity, mobility, particles, h, before, after
+    )
     former = velocities.copy()
     shape = (kind, in_own_frame(after), fields)
     depth, touched, forced = resolve_contact(
@@ -165,7 +163,7 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
             sums, 1e-9,
         )  # fmt: skip
     pinned = False
-    for n in range(number):
+    for n in range(len(particles)):
         pinned = pinned or inverse_masses[n] == 0.0
     return depth, touched, forced, pinned, farthest
 
@@ -179,13 +177,7 @@ def deepest_triangle(  # type: ignore[no-untyped-def]
 
     Parameters are those of `resolve_triangles`.
     """
-    number = len(particles)
-    points, velocities = np.empty((number, 3)), np.empty((number, 3))
-    inverse_masses = np.empty(number)
-    _load(
-        position, velocity, mobility, particles, 0.0, row, row, points, velocities,
-        inverse_masses,
-    )  # fmt: skip
+    points, _, _ = _load(position, velocity, mobility, particles, 0.0, row, row)
     return deepest(points, triangles, (kind, in_own_frame(row), fields), outer, tolerance)
 
 
@@ -199,13 +191,9 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
 
     Parameters are those of `resolve_triangles`.
     """
-    number = len(particles)
-    points, velocities = np.empty((number, 3)), np.empty((number, 3))
-    inverse_masses = np.empty(number)
-    _load(
-        position, velocity, mobility, particles, 0.0, row, row, points, velocities,
-        inverse_masses,
-    )  # fmt: skip
+    points, velocities, inverse_masses = _load(
+        position, velocity, mobility, particles, 0.0, row, row
+    )
     shape = (kind, in_own_frame(row), fields)
     _, _, depth = project(
         points, inverse_masses, triangles, np.zeros(len(triangles)), 0.0, shape, outer, inner,

@@ -102,7 +102,7 @@ class TriangleSubstep:
             # Particles are too fast to be pushed out: the collider shrinks to the room there is.
             collider.inset = min(collider.inset + depth, _SHRUNK * shape.inner_radius)
             collider.max_penetration = 0.0
-        collider.take(after, state.origin, sums)
+        collider.take(after, state.origin.tolist(), sums.tolist())
         return bool(sums[TOUCHED]), forced
 
     def push_out(self, collider: RigidCollider, state: State, time: float) -> float:

@@ -59,6 +59,8 @@ class KickDrift:
         Decay rate of velocity on top of the scene's, 1/s; with it, both act in every kick.
     kinds
         Kinds of the shapes that the sheet may touch, see `contact.shapes`.
+    several
+        True if it may touch more than one collider.
 
     Attributes
     ----------
@@ -80,6 +82,7 @@ class KickDrift:
         separate: bool = False,
         extra_drag: float = 0.0,
         kinds: frozenset[int] = frozenset(),
+        several: bool = False,
     ) -> None:
         self._separate = separate
         present = {family.name for family in springs.spring_families(scene)}
@@ -104,7 +107,7 @@ class KickDrift:
             dtype is np.float64,
         )
         self._kernel = compose()
-        self._contact_kernel = compose(kinds) if kinds else self._kernel
+        self._contact_kernel = compose(kinds, several) if kinds else self._kernel
         self._tables: dict[tuple[Step, ...], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))

@@ -10,6 +10,7 @@ kernel does them all.  Code for effects that the scene does not have is not comp
 from __future__ import annotations
 
 import functools
+from typing import Any
 
 import numpy as np
 
@@ -120,6 +121,7 @@ def compose(
     separate: bool,
     double: bool,
     kinds: frozenset[int] = frozenset(),
+    several: bool = False,
 ) -> Kernel:
     """
     Compile the kernel for the effects that a scene has.
@@ -135,10 +137,13 @@ def compose(
     kinds
         Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
         With any, `former` receives the velocities before each kick.
+    several
+        True if there is more than one collider.
 
     """
     contact = bool(kinds)
-    resolve = particle_contact.compose(kinds)
+    # Without a collider nothing calls it.
+    resolve: Any = particle_contact.compose(kinds, several) if contact else None
 
     @kernel
     def make(  # type: ignore[no-untyped-def]
@@ -218,7 +223,7 @@ def compose(
                             last = np.uint64(begin + min((part + 1) * CHUNK, stop))
                             resolve(
                                 begin, first, last, part, drifts, h, before, after, velocity,
-                                former, mobility, gravity, contacts,
+                                former, gravity, contacts,
                             )  # fmt: skip
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)

@@ -32,9 +32,9 @@ from ..grid import Array
 from .atomic import compare_exchange, fetch_add, load
 from .jit import Kernel, exact, exact_subroutine, inlined
 
-# Particles in a chunk: 4 µs of springs, and a whole number of vectors of any width, however the
+# Particles in a chunk: 8 µs of springs, and a whole number of vectors of any width, however the
 # compiler unrolls its loops.
-CHUNK = 1024
+CHUNK = 2048
 # Each counter has a cache line of its own, of so many numbers; the first counts finished chunks.
 _LINE = 8
 # Reads of a counter before the thread yields its processor.

@@ -10,7 +10,19 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import ONE, SLOPE, TINY, ZERO, Shape, enclosing_capsule, to_local, to_world
+from .shape import (
+    ONE,
+    SLOPE,
+    TILTED,
+    TILTED_TWICE,
+    TINY,
+    ZERO,
+    Shape,
+    enclosing_capsule,
+    reciprocal_root,
+    to_local,
+    to_world,
+)
 
 KIND = 3
 
@@ -30,34 +42,29 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     ya, yb = y + constants[1], -y - constants[4]
     za, zb = z + constants[2], -z - constants[5]
     a, b, c = max(xa, xb), max(ya, yb), max(za, zb)
-    sa = one if xa >= xb else -one
-    sb = one if ya >= yb else -one
-    sc = one if za >= zb else -one
-    # Over a face: the axes of the largest and of the second largest.
-    most = max(a, b, c)
-    ma = one if a >= most else zero
-    mb = (one if b >= most else zero) * (one - ma)
-    mc = one - ma - mb
-    second = max(min(a, b), min(max(a, b), c))  # the median
-    # Both axes where they are equal but for rounding: a symmetric scene stays so.
+    # Over the face of the largest; the ramps of the second largest tilt the normal, and of the
+    # third too where they are equal but for rounding: a symmetric scene stays so.
+    most, third = max(a, b, c), min(a, b, c)
+    second = max(min(a, b), min(max(a, b), c))
     tie = second - constants[TINY]
-    na = (one if a >= tie else zero) * (one - ma)
-    nb = (one if b >= tie else zero) * (one - mb)
-    nc = (one if c >= tie else zero) * (one - mc)
     ramp = rho + constants[SLOPE] * second
-    tilt = constants[SLOPE] if ramp > zero else zero
-    stretch = one / np.sqrt(one + tilt * tilt * (na + nb + nc))
-    over_face = (most - max(ramp, zero)) * stretch
+    stretch = constants[TILTED_TWICE] if third >= tie else constants[TILTED]
+    stretch = stretch if ramp > zero else one
+    tilt = -constants[SLOPE] * stretch if ramp > zero else zero
+    over_a = a >= most
+    over_b = b >= most and not over_a
+    u = stretch if over_a else (tilt if a >= tie else zero)
+    v = stretch if over_b else (tilt if b >= tie else zero)
+    w = (tilt if c >= tie else zero) if over_a or over_b else stretch
     # Beyond an edge or a corner.
     ea, eb, ec = max(a, zero), max(b, zero), max(c, zero)
-    length = np.sqrt(max(ea * ea + eb * eb + ec * ec, constants[TINY]))
-    scale = one / length
+    scale, length = reciprocal_root(one, max(ea * ea + eb * eb + ec * ec, constants[TINY]))
     beyond = second > zero
-    u = scale * ea if beyond else stretch * (ma - tilt * na)
-    v = scale * eb if beyond else stretch * (mb - tilt * nb)
-    w = scale * ec if beyond else stretch * (mc - tilt * nc)
-    nx, ny, nz = to_world(rotation, sa * u, sb * v, sc * w)
-    return length - rho if beyond else over_face, nx, ny, nz
+    u, v, w = scale * ea if beyond else u, scale * eb if beyond else v, scale * ec if beyond else w
+    nx, ny, nz = to_world(
+        rotation, u if xa >= xb else -u, v if ya >= yb else -v, w if za >= zb else -w
+    )
+    return length - rho if beyond else (most - max(ramp, zero)) * stretch, nx, ny, nz
 
 
 def box(size: Sequence[float]) -> Shape:

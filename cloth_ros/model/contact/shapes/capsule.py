@@ -8,7 +8,7 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import ONE, TINY, Shape, to_local, to_world
+from .shape import ONE, TINY, Shape, reciprocal_root, to_local, to_world
 
 KIND = 2
 
@@ -20,10 +20,11 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     x, y, z = x + constants[0], y + constants[1], z + constants[2]
     half, radius = constants[3], constants[4]
     z -= min(max(z, -half), half)
-    length = np.sqrt(max(x * x + y * y + z * z, constants[TINY]))
-    scale = constants[ONE] / length
+    one = constants[ONE]
+    scale, length = reciprocal_root(one, max(x * x + y * y + z * z, constants[TINY]))
+    _, reach = reciprocal_root(one, radius * radius + rho * rho)
     nx, ny, nz = to_world(rotation, scale * x, scale * y, scale * z)
-    return length - np.sqrt(radius * radius + rho * rho), nx, ny, nz
+    return length - reach, nx, ny, nz
 
 
 def capsule(radius: float, length: float) -> Shape:

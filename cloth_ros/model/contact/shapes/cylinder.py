@@ -9,7 +9,18 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import ONE, SLOPE, TINY, ZERO, Enclosing, Shape, to_local, to_world
+from .shape import (
+    ONE,
+    SLOPE,
+    TILTED,
+    TINY,
+    ZERO,
+    Enclosing,
+    Shape,
+    reciprocal_root,
+    to_local,
+    to_world,
+)
 
 KIND = 4
 
@@ -26,25 +37,24 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     x, y, z = to_local(rotation, x, y, z)
     x, y, z = x + constants[0], y + constants[1], z + constants[2]
     half, radius = constants[3], constants[4]
-    wide = np.sqrt(max(x * x + y * y, constants[TINY]))
-    p, q = x / wide, y / wide
+    per_wide, wide = reciprocal_root(one, max(x * x + y * y, constants[TINY]))
     up = one if z >= zero else -one
     a, b = wide - radius, up * z - half  # how far beyond barrel and cap
-    curved = rho * rho / (np.sqrt(radius * radius + rho * rho) + radius)
+    curved = constants[5] * rho * rho
     most, second = max(a, b), min(a, b)
     ramp = rho + constants[SLOPE] * second
-    least = curved if a > b else zero
-    tilt = constants[SLOPE] if ramp > least else zero
-    stretch = one / np.sqrt(one + tilt * tilt)
-    over_face = (most - max(ramp, least)) * stretch
-    u = stretch * (one if a > b else -tilt)
-    w = stretch * (-tilt if a > b else one)
-    length = np.sqrt(max(a * a + b * b, constants[TINY]))
+    level = curved if a > b else zero
+    tilted = ramp > level
+    stretch = constants[TILTED] if tilted else one
+    tilt = constants[SLOPE] * stretch if tilted else zero
+    u = stretch if a > b else -tilt
+    w = -tilt if a > b else stretch
+    scale, length = reciprocal_root(one, max(a * a + b * b, constants[TINY]))
     beyond = second > zero
-    u = a / length if beyond else u
-    w = b / length if beyond else w
-    nx, ny, nz = to_world(rotation, p * u, q * u, up * w)
-    return length - rho if beyond else over_face, nx, ny, nz
+    u, w = scale * a if beyond else u, scale * b if beyond else w
+    u = per_wide * u
+    nx, ny, nz = to_world(rotation, x * u, y * u, up * w)
+    return length - rho if beyond else (most - max(ramp, level)) * stretch, nx, ny, nz
 
 
 def cylinder(radius: float, length: float) -> Shape:
@@ -55,7 +65,7 @@ def cylinder(radius: float, length: float) -> Shape:
         return np.array([0.0, 0.0, min(max(point[2], -half), half)])
 
     def constants(point: Array) -> Sequence[float]:
-        return (*point, half, radius)
+        return (*point, half, radius, 0.5 / radius)
 
     return Shape(
         KIND,

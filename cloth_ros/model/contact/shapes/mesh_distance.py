@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels.jit import inlined
+from ...kernels.jit import Kernel, inlined
 from .shape import ONE, TINY, ZERO, to_local, to_world
 
 KIND = 5
@@ -14,21 +14,22 @@ KIND = 5
 MARGIN = 8
 
 
-@inlined
-def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-untyped-def]
-    """
-    Return the distance from the offset mesh and the normal.
+# Particles whose nodes are fetched together, and numbers that are fetched for each: distances and
+# shares at the eight nodes of its cell.
+TILE, _CORNERS = 256, 16
 
-    `fields` has the distances and the shares of ρ of the nodes, flat, and where those of this mesh
-    begin; the constants are the
-    reference point from the first node, the reciprocal of the cell, the cell, and the number of
-    cells along each axis; `MARGIN` is not used here.
+
+@inlined
+def _locate(x, y, z, rotation, constants):  # type: ignore[no-untyped-def]
     """
-    values, shares, start = fields
-    zero, one = constants[ZERO], constants[ONE]
+    Return a point in cells from the first node, and the same moved into the grid.
+
+    `constants` are the reference point from the first node, the reciprocal of the cell, the cell,
+    and the number of cells along each axis; `MARGIN` is not used here.
+    """
+    zero = constants[ZERO]
     x, y, z = to_local(rotation, x, y, z)
-    # In cells from the first node; a point outside of the grid is moved to its boundary.
-    per_cell, cell = constants[3], constants[4]
+    per_cell = constants[3]
     x, y, z = (
         (x + constants[0]) * per_cell,
         (y + constants[1]) * per_cell,
@@ -38,22 +39,39 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     a = min(x, constants[5]) if x > zero else zero
     b = min(y, constants[6]) if y > zero else zero
     c = min(z, constants[7]) if z > zero else zero
-    fa = np.floor(min(a, constants[5] - one))
-    fb = np.floor(min(b, constants[6] - one))
-    fc = np.floor(min(c, constants[7] - one))
-    i, j, k = np.int32(fa), np.int32(fb), np.int32(fc)
+    return x, y, z, a, b, c
+
+
+@inlined
+def _cell(a, b, c, constants):  # type: ignore[no-untyped-def]
+    """Return the first node of the cell of a point in the grid along each axis, not an integer."""
+    one = constants[ONE]
+    return (
+        np.floor(min(a, constants[5] - one)),
+        np.floor(min(b, constants[6] - one)),
+        np.floor(min(c, constants[7] - one)),
+    )
+
+
+@inlined
+def _node(fa, fb, fc, constants):  # type: ignore[no-untyped-def]
+    """Return the flat index of the first node of a cell, and the steps along x and y."""
+    one = constants[ONE]
     ly, lz = np.int32(constants[6] + one), np.int32(constants[7] + one)
+    node = (np.int32(fa) * ly + np.int32(fb)) * lz + np.int32(fc)
+    return np.uint64(node), np.uint64(lz * ly), np.uint64(lz)
+
+
+@inlined
+def _interpolate(x, y, z, rotation, constants, rho, f, s):  # type: ignore[no-untyped-def]
+    """Return distance and normal at a point, from the distances and shares of its eight nodes."""
+    zero, one = constants[ZERO], constants[ONE]
+    x, y, z, a, b, c = _locate(x, y, z, rotation, constants)
+    fa, fb, fc = _cell(a, b, c, constants)
     p, q, r = a - fa, b - fb, c - fc
-    n = start + np.uint64((i * ly + j) * lz + k)
-    sy, sx = np.uint64(lz), np.uint64(lz * ly)
-    t = np.uint64(1)
-    f000, f001 = values[n], values[n + t]
-    f010, f011 = values[n + sy], values[n + sy + t]
-    f100, f101 = values[n + sx], values[n + sx + t]
-    f110, f111 = values[n + sx + sy], values[n + sx + sy + t]
     # Along z, then y, then x; the differences are the gradient.
-    d00, d01, d10, d11 = f001 - f000, f011 - f010, f101 - f100, f111 - f110
-    e00, e01, e10, e11 = f000 + r * d00, f010 + r * d01, f100 + r * d10, f110 + r * d11
+    d00, d01, d10, d11 = f[1] - f[0], f[3] - f[2], f[5] - f[4], f[7] - f[6]
+    e00, e01, e10, e11 = f[0] + r * d00, f[2] + r * d01, f[4] + r * d10, f[6] + r * d11
     g0, g1 = e01 - e00, e11 - e10
     h0, h1 = e00 + q * g0, e10 + q * g1
     gx = h1 - h0
@@ -61,16 +79,87 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     gy = g0 + p * (g1 - g0)
     lower, upper = d00 + q * (d01 - d00), d10 + q * (d11 - d10)
     gz = lower + p * (upper - lower)
-    s00 = shares[n] + r * (shares[n + t] - shares[n])
-    s01 = shares[n + sy] + r * (shares[n + sy + t] - shares[n + sy])
-    s10 = shares[n + sx] + r * (shares[n + sx + t] - shares[n + sx])
-    s11 = shares[n + sx + sy] + r * (shares[n + sx + sy + t] - shares[n + sx + sy])
+    s00, s01 = s[0] + r * (s[1] - s[0]), s[2] + r * (s[3] - s[2])
+    s10, s11 = s[4] + r * (s[5] - s[4]), s[6] + r * (s[7] - s[6])
     s0, s1 = s00 + q * (s01 - s00), s10 + q * (s11 - s10)
     share = s0 + p * (s1 - s0)
     # Beyond the grid, which contains the mesh: no point of that is nearer.
+    cell = constants[4]
     u, v, w = (x - a) * cell, (y - b) * cell, (z - c) * cell
     squared = u * u + v * v + w * w
     value = np.sqrt(squared + value * value) if squared > zero else value
     scale = one / np.sqrt(max(gx * gx + gy * gy + gz * gz, constants[TINY]))
     nx, ny, nz = to_world(rotation, scale * gx, scale * gy, scale * gz)
     return value - share * rho, nx, ny, nz
+
+
+@inlined
+def _eight(values, n, sx, sy):  # type: ignore[no-untyped-def]
+    """Return the numbers at the nodes of a cell, in the order of x, y, z."""
+    t = np.uint64(1)
+    return (
+        values[n], values[n + t], values[n + sy], values[n + sy + t],
+        values[n + sx], values[n + sx + t], values[n + sx + sy], values[n + sx + sy + t],
+    )  # fmt: skip
+
+
+@inlined
+def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-untyped-def]
+    """
+    Return the distance from the offset mesh and the normal.
+
+    `fields` has the distances and the shares of ρ of the nodes, flat, and where those of this mesh
+    begin.
+    """
+    values, shares, start = fields
+    _, _, _, a, b, c = _locate(x, y, z, rotation, constants)
+    fa, fb, fc = _cell(a, b, c, constants)
+    n, sx, sy = _node(fa, fb, fc, constants)
+    f, s = _eight(values, start + n, sx, sy), _eight(shares, start + n, sx, sy)
+    return _interpolate(x, y, z, rotation, constants, rho, f, s)
+
+
+@inlined
+def fetched_distance(x, y, z, rotation, constants, rho, corners, k):  # type: ignore[no-untyped-def]
+    """Return the same for particle `k` of a tile, whose nodes `in_tiles` has fetched."""
+    f = (
+        corners[0, k], corners[1, k], corners[2, k], corners[3, k],
+        corners[4, k], corners[5, k], corners[6, k], corners[7, k],
+    )  # fmt: skip
+    s = (
+        corners[8, k], corners[9, k], corners[10, k], corners[11, k],
+        corners[12, k], corners[13, k], corners[14, k], corners[15, k],
+    )  # fmt: skip
+    return _interpolate(x, y, z, rotation, constants, rho, f, s)
+
+
+def in_tiles(loop: Kernel) -> Kernel:
+    """
+    Return a loop over particles in tiles, for which the nodes of their cells are fetched before.
+
+    LLVM vectorises no loop that also stores if it reads from places that are computed in it.
+    `loop` takes the range of a tile, the numbers fetched, and `arguments`.
+    """
+
+    @inlined
+    def tiles(first, last, position, point, rotation, constants, fields, arguments):  # type: ignore[no-untyped-def]
+        values, shares, start = fields
+        px, py, pz = point
+        corners = np.empty((_CORNERS, TILE), position.dtype)
+        nodes = np.empty(TILE, np.uint64)
+        for begin in range(first, last, np.uint64(TILE)):
+            end = min(begin + np.uint64(TILE), last)
+            sx = sy = np.uint64(0)
+            for i in range(begin, end):
+                x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
+                _, _, _, a, b, c = _locate(x, y, z, rotation, constants)
+                fa, fb, fc = _cell(a, b, c, constants)
+                n, sx, sy = _node(fa, fb, fc, constants)
+                nodes[i - begin] = start + n
+            for k in range(np.uint64(0), end - begin):
+                f, s = _eight(values, nodes[k], sx, sy), _eight(shares, nodes[k], sx, sy)
+                for m in range(8):
+                    corners[m, k], corners[m + 8, k] = f[m], s[m]
+            loop(begin, end, corners, *arguments)
+
+    return tiles

@@ -3,15 +3,16 @@ Interface of shapes: a signed distance for the kernels of contact, and a few len
 
 Particles are kept out of an offset surface, so far from the true one that flat triangles whose
 corners lie on it do not cut the shape.  Let ρ be the circumradius of a triangle.  Of a ball of
-radius R, the offset is √(R² + ρ²) − R: a point p of the triangle at the least distance d from the
-centre has a corner within ρ of it, on the far side of the plane through p across that direction,
-so that d² ≥ R² + ρ² − ρ².  A plane needs no offset.  Beside a convex edge of 90 degrees it is ρ,
-and decreases along each face to 0 at `RAMP` ρ from the edge: a chord of length 2 ρ that touches
-the edge has at least one end below such a ramp.
+radius R, the offset is at least √(R² + ρ²) − R: a point p of the triangle at the least distance d
+from the centre has a corner within ρ of it, on the far side of the plane through p across that
+direction, so that d² ≥ R² + ρ² − ρ².  A plane needs no offset.
+Beside a convex edge of 90 degrees it is ρ, and decreases along each face to 0 at `RAMP` ρ from the
+edge: a chord of length 2 ρ that touches the edge has at least one end below such a ramp.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -27,8 +28,18 @@ RAMP = 2.5
 # Numbers that describe a shape to a kernel, and where these common ones follow them: literals
 # would turn single precision into double.
 CONSTANTS = 11
-ZERO, ONE, HALF, TINY, SLOPE, FAR = range(CONSTANTS, CONSTANTS + 6)
-COMMON = (0.0, 1.0, 0.5, 1e-12, 1 / RAMP, 1e9)
+ZERO, ONE, HALF, TINY, FAR, SLOPE, TILTED, TILTED_TWICE = range(CONSTANTS, CONSTANTS + 8)
+COMMON = (
+    0.0,
+    1.0,
+    0.5,
+    1e-12,
+    1e9,
+    1 / RAMP,
+    # Length of the unit normal of a ramp along that of its face: of one, and of two that meet.
+    1 / math.hypot(1, 1 / RAMP),
+    1 / math.hypot(1, 1 / RAMP, 1 / RAMP),
+)
 
 
 class Enclosing(NamedTuple):
@@ -125,6 +136,17 @@ def to_world(rotation, x, y, z):  # type: ignore[no-untyped-def]
         rotation[3] * x + rotation[4] * y + rotation[5] * z,
         rotation[6] * x + rotation[7] * y + rotation[8] * z,
     )
+
+
+@inlined
+def reciprocal_root(one, squared):  # type: ignore[no-untyped-def]
+    """
+    Return 1/√x and √x for x = `squared` > 0; `one` is 1 in their precision.
+
+    Processors estimate and refine the first much faster than they take a root or divide.
+    """
+    reciprocal = one / np.sqrt(squared)
+    return reciprocal, squared * reciprocal
 
 
 # Distance of a point from the offset surface, and its normal there: takes (x, y, z, rotation,

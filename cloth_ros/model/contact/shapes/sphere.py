@@ -8,7 +8,7 @@ import numpy as np
 
 from ...grid import Array
 from ...kernels.jit import inlined
-from .shape import FAR, HALF, ONE, TINY, Shape, to_world
+from .shape import FAR, HALF, ONE, TINY, Shape, reciprocal_root, to_world
 
 KIND = 1
 
@@ -20,18 +20,19 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
 
     The reference point p is on the sphere.  With n the normal there and κ = 1/R, a point at y from
     p is R √(1 + 2 κ s) from the centre, s = n·y + κ y²/2, and so 2 s/(1 + √(1 + 2 κ s)) from the
-    sphere: no difference of two large numbers, however large the sphere.
+    sphere: no difference of two large numbers, however large the sphere.  The offset is ρ²/(2 R),
+    a little more than √(R² + ρ²) − R.
     """
     kappa = constants[0]
     nx, ny, nz = to_world(rotation, constants[1], constants[2], constants[3])
     one = constants[ONE]
     s = nx * x + ny * y + nz * z + constants[HALF] * kappa * (x * x + y * y + z * z)
     s = min(s, constants[FAR])  # of a ghost, whose square is no number in single precision
-    root = np.sqrt(max(one + (kappa + kappa) * s, constants[TINY]))
-    offset = rho * rho * kappa / (np.sqrt(one + kappa * kappa * rho * rho) + one)
-    scale = one / root
+    squared = max(one + (kappa + kappa) * s, constants[TINY])
+    scale, root = reciprocal_root(one, squared)
+    share, _ = reciprocal_root(one, one + root)
     return (
-        (s + s) / (one + root) - offset,
+        (s + s) * share * share - constants[HALF] * kappa * rho * rho,
         scale * (nx + kappa * x),
         scale * (ny + kappa * y),
         scale * (nz + kappa * z),
