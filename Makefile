@@ -1,4 +1,5 @@
 # make run        a live node; SCENE=config/… selects another scene
+# make demo       a live node and its view in a browser; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
 # make pictures   render the pictures of the README, into docs/pictures
@@ -29,11 +30,14 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test test-all pictures study refinement bench reliability random-scenes extremes fuzz \
+.PHONY: run demo test test-all pictures study refinement bench reliability random-scenes extremes fuzz \
     faults soak clean help
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
+
+demo: $(VENV)/.ready-viewer-$(ROS)
+	@tools/demo.sh $(VENV) '$(SCENE)'
 
 test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff check .

@@ -30,6 +30,8 @@ setup(
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         # What the study, cloth_tradeoff, needs; the node does without.
         'tradeoff': ['matplotlib', 'scipy', 'tqdm'],
+        # The browser view, cloth_viewer.
+        'viewer': ['viser>=1.1'],
         'test': [
             'pytest',
             'pytest-benchmark',
@@ -42,6 +44,7 @@ setup(
             'types-PyYAML',
             'rosbags',
             'cyclonedds',
+            'playwright',
             'colcon-common-extensions',
             'colcon-ros',
         ],
@@ -61,6 +64,7 @@ setup(
         'console_scripts': [
             'cloth_node = cloth_ros.node.main:command',
             'cloth_tradeoff = cloth_ros.tradeoff.main:main',
+            'cloth_viewer = cloth_ros.viewer.main:command',
         ]
     },
     zip_safe=False,

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Make the virtual environment.  Usage: environment.sh VENV PURPOSE-ROS
-#   PURPOSE  run, or test for the tools of `make test` as well
+#   PURPOSE  run, viewer for `make demo`, or test for the tools of `make test` as well
 #   ROS      wheels: ROS 2 Jazzy from wheels; sourced: the one that is sourced
 set -euo pipefail
 
@@ -31,6 +31,8 @@ done
 
 extras=tradeoff
 [ "$purpose" = run ] || extras+=,$purpose
+# Tests try the browser view, too.
+[ "$purpose" != test ] || extras+=,viewer
 options=
 if [ "$ros" = wheels ]; then
     [ "$(uname -sm)" = 'Linux x86_64' ] \

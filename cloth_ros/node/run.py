@@ -8,10 +8,10 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import try_shutdown
 
+from ..executor import make_executor
 from ..interrupt import StopSignal
 from . import command_line, log_folder, shared_memory
 from .cloth_node import ClothNode
-from .executor import make_executor
 from .parameter_arguments import ParameterArguments
 
 _POLL = 0.25  # s, from one check for a signal to the next

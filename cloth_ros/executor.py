@@ -1,4 +1,4 @@
-"""The executor of the node: the one that takes the least time per message."""
+"""The executor of a node: the one that takes the least time per message."""
 
 from __future__ import annotations
 

@@ -1,0 +1,149 @@
+"""The sheet of one cloth in the scene: two-sided, or coloured by stretch or speed."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import viser
+
+from .colour_scale import VIRIDIS, ColourScale, legend
+from .particles import Sheet
+from .sheet_mesh import Part, cell_speed, cell_stretch, edge_lengths, split_by_level, triangles
+
+UPPER, LOWER = (204, 56, 51), (214, 158, 71)
+PLAIN = 'two sides'
+
+
+# A triangle without area: a mesh that shows nothing.
+_NOTHING = Part(np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.uint32))
+
+
+class Colouring(NamedTuple):
+    """A quantity that a sheet can be coloured by."""
+
+    title: str
+    unit: str
+    least_scale: float  # least greatest value of the scale, in the unit
+
+
+COLOURINGS = {
+    'stretch': Colouring('largest stretch of the edges of a cell', '%', 0.1),
+    'speed': Colouring('speed', 'm/s', 0.1),
+}
+
+
+class SheetView:
+    """
+    Draw the newest state of a sheet.
+
+    viser sends the arrays that were assigned and nothing else: of a two-sided sheet the positions
+    only, once per side, since a mesh has one colour.
+
+    Parameters
+    ----------
+    scene
+        Of the page.
+    path
+        Of the parent in the scene tree.
+
+    Attributes
+    ----------
+    spacing
+        Lengths at rest along a row and along a column, m; None: those of the first state drawn.
+
+    """
+
+    def __init__(self, scene: viser.SceneApi, path: str) -> None:
+        self.spacing: tuple[float, float] | None = None
+        self._scene, self._path = scene, path
+        self._colouring = PLAIN
+        self._shape = (0, 0)
+        self._meshes: list[viser.MeshHandle] = []
+        self._scale = ColourScale(1.0)
+        self._first_spacing = (1.0, 1.0)
+
+    @property
+    def colouring(self) -> str:
+        """What the colours show: `PLAIN`, or a key of `COLOURINGS`."""
+        return self._colouring
+
+    @colouring.setter
+    def colouring(self, name: str) -> None:
+        if name != self._colouring:
+            self._colouring = name
+            self._remove()
+            if name in COLOURINGS:
+                self._scale = ColourScale(COLOURINGS[name].least_scale)
+
+    @property
+    def legend(self) -> str:
+        """HTML that explains the colours; empty for a two-sided sheet."""
+        if self._colouring == PLAIN:
+            return ''
+        shown = COLOURINGS[self._colouring]
+        return legend(shown.title, shown.unit, self._scale.greatest, VIRIDIS)
+
+    def draw(self, sheet: Sheet) -> None:
+        """Draw a state; a single row or column of particles has no triangles."""
+        if min(sheet.shape) < 2:
+            self._remove()
+            return
+        if sheet.shape != self._shape:
+            self._remove()
+            self._shape = sheet.shape
+            self._cells = triangles(*sheet.shape)
+            along_rows, along_columns = edge_lengths(sheet.positions)
+            self._first_spacing = float(np.median(along_rows)), float(np.median(along_columns))
+        if self._colouring == PLAIN:
+            self._draw_sides(sheet)
+        else:
+            self._draw_levels(sheet)
+
+    def _draw_sides(self, sheet: Sheet) -> None:
+        vertices = sheet.positions.reshape(-1, 3)
+        if not self._meshes:
+            faces = self._cells.reshape(-1, 3)
+            self._meshes = [
+                self._mesh('upper', Part(vertices, faces), UPPER, 'front'),
+                self._mesh('lower', Part(vertices, faces), LOWER, 'back'),
+            ]
+            return
+        for mesh in self._meshes:
+            mesh.vertices = vertices
+
+    def _draw_levels(self, sheet: Sheet) -> None:
+        if self._colouring == 'speed':
+            values = cell_speed(sheet.velocities)
+        else:
+            values = 100 * cell_stretch(sheet.positions, self.spacing or self._first_spacing)
+        self._scale.follow(float(values.max()))
+        parts = split_by_level(
+            sheet.positions, self._cells, values, self._scale.greatest, len(VIRIDIS)
+        )
+        if not self._meshes:
+            self._meshes = [
+                self._mesh(f'level_{level}', _NOTHING, colour, 'double')
+                for level, colour in enumerate(VIRIDIS)
+            ]
+        for mesh, part in zip(self._meshes, parts, strict=True):
+            mesh.vertices, mesh.faces = part or _NOTHING
+
+    def _mesh(
+        self, name: str, part: Part, colour: tuple[int, int, int], side: str
+    ) -> viser.MeshHandle:
+        return self._scene.add_mesh_simple(
+            f'{self._path}/{name}',
+            part.vertices,
+            part.faces,
+            color=colour,
+            side=side,  # type: ignore[arg-type]
+            # One of both sides casts the shadow, in which the other one would lie itself.
+            cast_shadow=side != 'back',
+            receive_shadow=side == 'front',
+        )
+
+    def _remove(self) -> None:
+        for mesh in self._meshes:
+            mesh.remove()
+        self._meshes = []
