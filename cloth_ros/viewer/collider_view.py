@@ -12,7 +12,8 @@ from .marker_shapes import Shape, Shapes
 from .pose import Pose, commanded_pose
 
 _COLOUR, _PLANE_COLOUR, _PIN_COLOUR = (74, 125, 196), (226, 228, 231), (242, 191, 38)
-_PIN_ENLARGED = 1.6  # so that pins are seen from some distance
+# Pins are drawn larger than their markers, up to this diameter, m.
+_PIN_ENLARGED, _LARGE_PIN = 1.6, 0.022
 
 # Called with the name of a collider and the pose that the page commands.
 Move = Callable[[str, Pose], None]
@@ -72,7 +73,9 @@ class ColliderView:
             handle.active_axes = (visible,) * 3
 
     def _add_pins(self, shapes: Shapes) -> None:
-        ball = trimesh.creation.icosphere(1, _PIN_ENLARGED * shapes.pin_diameter / 2)
+        own = shapes.pin_diameter
+        diameter = min(_PIN_ENLARGED * own, max(own, _LARGE_PIN))
+        ball = trimesh.creation.icosphere(1, diameter / 2)
         count = len(shapes.pins)
         self._pins = self._scene.add_batched_meshes_simple(
             f'{self._path}/pins',

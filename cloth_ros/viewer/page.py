@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import redirect_stdout
 from io import StringIO
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from .plots import Plots
 from .scene_view import ClothView, Stage
 
 _SHOWN_FOR = 15.0  # s, of a notification
+_UNWATCHED = 0.5  # s, from one state to the next while no browser shows the page
 
 
 class _ClothPart(NamedTuple):
@@ -52,6 +54,7 @@ class Page:
         self._stage = Stage(self._server)
         self._parts: list[_ClothPart] = []
         self._framed = False
+        self._drawn = 0.0
         self._text = gui.add_markdown(words.no_cloth(domain))
         self._tabs: viser.GuiTabGroupHandle | None = None
         self._plots: viser.PanelHandle | None = None
@@ -97,7 +100,10 @@ class Page:
         self._parts.append(_ClothPart(client, view, controls, plots))
 
     def draw(self) -> None:
-        """Draw the newest states; nothing while nobody looks."""
+        """Draw the newest states; only now and then while nobody looks."""
+        if not self.watched and time.monotonic() < self._drawn + _UNWATCHED:
+            return
+        self._drawn = time.monotonic()
         for part in self._parts:
             sheet = part.client.take_sheet()
             if sheet is not None and not self._framed and part.client.is_known:

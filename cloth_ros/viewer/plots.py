@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 from viser import uplot
 
 from .cloth_client import ClothClient
@@ -29,8 +30,8 @@ class Quantity(NamedTuple):
         From the unit of the diagnostics to that of the plot.
     colour
         Of the line.
-    top
-        Value up to which the vertical axis reaches from 0 at least; None: as far as the values.
+    marks
+        Values that the vertical axis always includes; all but 0 are drawn as dashed lines.
 
     """
 
@@ -38,13 +39,13 @@ class Quantity(NamedTuple):
     title: str
     factor: float
     colour: str
-    top: float | None = None
+    marks: tuple[float, ...] = ()
 
 
 QUANTITIES = (
-    Quantity('real-time factor', 'real-time factor', 1.0, '#1b7a5a', 1.2),
-    Quantity('energy [J]', 'energy, J', 1.0, '#b3541e'),
-    Quantity('error estimate [m]', 'error estimate, mm', 1e3, '#3b5bdb', 0.0),
+    Quantity('real-time factor', 'real-time factor', 1.0, '#1b7a5a', (0.0, 1.0)),
+    Quantity('energy [J]', 'energy, J', 1.0, '#b3541e', (0.0,)),
+    Quantity('error estimate [m]', 'error estimate, µm', 1e6, '#3b5bdb', (0.0,)),
 )
 
 
@@ -75,27 +76,36 @@ class Plots:
         for quantity, history, plot in self._plots:
             history.add(now, quantity.factor * self._client.number(quantity.key))
             if len(history):
-                plot.data = history.curve(now)
+                plot.data = _data(quantity, *history.curve(now))
 
 
 def _plot(gui: viser.GuiApi, quantity: Quantity) -> viser.GuiUplotHandle:
     axis = {'size': 46, 'font': '11px system-ui', 'ticks': {'size': 4}, 'stroke': '#666'}
-    vertical = uplot.Scale(auto=True)
-    if quantity.top is not None:
-        lower = {'pad': 0.0, 'soft': 0.0, 'hard': 0.0, 'mode': 1}
-        limits = {'min': lower, 'max': {'pad': 0.1, 'soft': quantity.top, 'mode': 1}}
-        vertical = uplot.Scale(auto=True, range=limits)
     below = {**axis, 'size': 24, 'label': 'time, s', 'labelSize': 16, 'labelFont': axis['font']}
     return gui.add_uplot(
-        (np.array([-SECONDS]), np.array([0.0])),
+        _data(quantity, np.array([-SECONDS]), np.array([1.0])),
         (
             uplot.Series(label='s'),
             uplot.Series(label=quantity.title, stroke=quantity.colour, width=2),
+            *(_mark(value) for value in quantity.marks),
         ),
         title=quantity.title,
-        scales={'x': uplot.Scale(time=False, range=(-SECONDS, 0.0)), 'y': vertical},
+        scales={'x': uplot.Scale(time=False, range=(-SECONDS, 0.0)), 'y': uplot.Scale(auto=True)},
         axes=(uplot.Axis(**below), uplot.Axis(**axis)),  # type: ignore[typeddict-item]
         legend=uplot.Legend(show=False),
         height=165,
         padding=(8, 14, 0, 0),
     )
+
+
+def _data(
+    quantity: Quantity, times: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
+    return times, values, *(np.full_like(times, mark) for mark in quantity.marks)
+
+
+def _mark(value: float) -> uplot.Series:
+    points = uplot.Series_Points(show=False)
+    if value == 0.0:
+        return uplot.Series(label='0', width=0, points=points)
+    return uplot.Series(label=f'{value:g}', stroke='#999', width=1, dash=(4, 4), points=points)

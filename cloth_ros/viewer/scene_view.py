@@ -19,6 +19,7 @@ from .wind_view import WindView
 _DISTANCE = 2.0  # of the camera, in diagonals of the sheet
 _FIELD_OF_VIEW = 0.75  # rad, vertical
 _VIEW = np.array([0.62, -0.7, 0.34])  # from the middle to the camera
+_EMPTY = (2.2, -2.5, 1.8), (0.0, 0.0, 0.8)  # camera and middle, m, before there is a cloth
 _LAMP = np.array([-0.45, -0.75, 1.0])  # from the middle to the lamp
 
 
@@ -55,7 +56,7 @@ class Stage:
             cell_color=(222, 224, 228), section_color=(178, 182, 190), shadow_opacity=0.3,
             plane_color=(246, 246, 247), plane_opacity=1.0, fade_distance=14.0, fade_strength=2.0,
         )  # fmt: skip
-        self._camera: tuple[np.ndarray, np.ndarray] | None = None
+        server.initial_camera.position, server.initial_camera.look_at = _EMPTY
 
     def frame(self, sheet: Sheet, poses: Iterable[Pose]) -> None:
         """Direct camera and lamp at a sheet and colliders; ground at z = 0, or below the sheet."""
@@ -75,18 +76,12 @@ class Stage:
         self._lamp.position = middle + lamp
         self._lamp.direction = tuple((-lamp).tolist())
         camera = middle + _VIEW / np.linalg.norm(_VIEW) * _DISTANCE * size
-        self._camera = camera, middle
         self._server.initial_camera.position = tuple(camera.tolist())
         self._server.initial_camera.fov = _FIELD_OF_VIEW
         self._server.initial_camera.look_at = tuple(middle.tolist())
         for client in self._server.get_clients().values():
-            self.aim(client)
-
-    def aim(self, client: viser.ClientHandle) -> None:
-        """Direct the camera of a page at what `frame` was given last."""
-        if self._camera is not None:
             with client.atomic():
-                client.camera.position, client.camera.look_at = self._camera
+                client.camera.position, client.camera.look_at = camera, middle
 
     def show_ground(self, visible: bool) -> None:
         """Show or hide the ground."""

@@ -68,14 +68,16 @@ def cell_stretch(positions: Floats, spacing: tuple[float, float]) -> Floats:
         np.maximum(along_rows[:-1], along_rows[1:]),
         np.maximum(along_columns[:, :-1], along_columns[:, 1:]),
     )
-    return np.maximum(stretch, 0.0).astype(np.float32)
+    result: Floats = np.maximum(stretch, 0.0).astype(np.float32)
+    return result
 
 
 def cell_speed(velocities: Floats) -> Floats:
     """Return the mean speed of the corners of each cell, m/s, shape (rows - 1, columns - 1)."""
     speed = np.linalg.norm(velocities, axis=-1)
     corners = speed[:-1, :-1] + speed[:-1, 1:] + speed[1:, :-1] + speed[1:, 1:]
-    return (corners / 4).astype(np.float32)
+    mean: Floats = (corners / 4).astype(np.float32)
+    return mean
 
 
 class Part(NamedTuple):

@@ -1,0 +1,157 @@
+"""The browser view of real nodes in a real browser, with the mouse."""
+
+import signal
+
+import numpy as np
+import pytest
+from chromium import DESKTOP, LAPTOP, View, address_of
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rcl_interfaces.msg import ParameterEvent
+from ros import set_parameters
+from sensor_msgs.msg import PointCloud2
+
+UPPER = '/cloths/cloth/sheet/upper'
+SPHERE = '/cloths/cloth/colliders/sphere'
+# A curtain at rest, seen from the side of a sphere.
+CURTAIN = {
+    'sheet__rows': 16,
+    'sheet__columns': 16,
+    'sheet__position': '[0.0, 0.0, 1.5]',
+    'sheet__orientation': '[-0.70710678, 0.0, 0.0, 0.70710678]',
+    'pins': '["0,:"]',
+    'sphere__radius': 0.15,
+    'sphere__position': '[0.0, -0.6, 1.4]',
+}
+
+
+def test_the_mouse_turns_the_wind_and_drags_the_sphere(
+    start_cloth, start_viewer, probe, browser, tmp_path
+):
+    """Commands arrive on the topics, and what they do is seen on the page."""
+    start_cloth(**CURTAIN)
+    view = View(browser, address_of(start_viewer().output))
+    winds = probe.collect(Vector3Stamped, '/wind')
+    view.wait_for_node(SPHERE)
+    view.wait_for_node(UPPER)
+    view.wait_for_text('sphere')
+    poses = probe.collect(PoseStamped, '/sphere_pose')
+    still = view.corners(UPPER)
+    assert still.shape == (256, 3)
+    assert not [each for each in view.nodes() if each.endswith('part_1')]
+
+    view.drag_collider(SPHERE, [0.0, 0.13, 0.0], [0.0, 0.75, 0.0])
+    probe.spin_until(lambda: len(poses) > 1)
+    assert poses[-1].pose.position.y > -0.5
+    assert abs(poses[-1].pose.position.x) < 0.01
+    pushed = lambda: view.corners(UPPER)[:, 1].max() > still[:, 1].max() + 0.02  # noqa: E731
+    view.wait_for(pushed)
+    view.keep_screenshot(tmp_path, 'sphere_in_the_cloth_laptop')
+
+    view.slide('speed, m/s', 0.5)
+    probe.spin_until(lambda: winds and abs(winds[-1].vector.y - 7.5) < 1.0)
+    assert abs(winds[-1].vector.x) < 1e-6
+    view.wait_for(lambda: view.corners(UPPER)[:, 1].max() > 0.5)
+    assert not view.errors
+
+
+@pytest.mark.slow
+def test_parameters_are_set_and_refusals_shown(
+    start_cloth, start_viewer, probe, browser, tmp_path
+):
+    """With so few substeps that only little more stiffness is stable."""
+    start_cloth(**CURTAIN, solver__substeps=24)
+    viewer = start_viewer()
+    view = View(browser, address_of(viewer.output), DESKTOP)
+    events = probe.collect(ParameterEvent, '/parameter_events')
+    view.wait_for_text('structural')
+    view.slide('bending', 0.6)
+    changed = lambda: {each.name for event in events for each in event.changed_parameters}  # noqa: E731
+    probe.spin_until(lambda: 'springs.bending' in changed())
+    view.slide('structural', 1.0)
+    view.wait_for_text('The node has refused this')
+    view.wait_for_text('solver.substeps')
+    assert 'refused: ' in viewer.output
+    view.keep_screenshot(tmp_path, 'refusal_desktop')
+    assert not view.errors
+
+
+@pytest.mark.slow
+def test_the_page_names_what_is_missing_and_recovers(start_cloth, start_viewer, browser, tmp_path):
+    view = View(browser, address_of(start_viewer().output))
+    view.wait_for_text('No cloth is heard')
+    view.keep_screenshot(tmp_path, 'no_cloth_laptop')
+    node = start_cloth(**CURTAIN)
+    view.wait_for_node(UPPER)
+    assert node.stop(signal.SIGINT) == 0
+    view.wait_for_text('has ended')
+    assert view.corners(UPPER).shape == (256, 3)
+    view.keep_screenshot(tmp_path, 'ended_laptop')
+    start_cloth(**{**CURTAIN, 'sheet__rows': 20, 'sphere__radius': 0.0})
+    view.wait_for(lambda: UPPER in view.nodes() and view.corners(UPPER).shape == (320, 3))
+    view.wait_for(lambda: SPHERE not in view.nodes())
+    view.wait_for_text('real-time factor 1.')
+    assert not view.errors
+
+
+@pytest.mark.slow
+def test_several_cloths_and_their_colours(start_cloth, start_viewer, probe, browser, tmp_path):
+    start_cloth('-r', '__ns:=/left', **CURTAIN)
+    moved = {**CURTAIN, 'sheet__position': '[1.5, 0.0, 1.5]', 'sphere__radius': 0.0}
+    start_cloth('-r', '__ns:=/right', **moved)
+    view = View(browser, address_of(start_viewer().output), DESKTOP)
+    for name in ('left', 'right'):
+        view.wait_for_node(f'/cloths/{name}/cloth/sheet/upper')
+    apart = np.subtract(
+        *(view.corners(f'/cloths/{name}/cloth/sheet/upper').mean(0) for name in ('right', 'left'))
+    )
+    np.testing.assert_allclose(apart, (1.5, 0.0, 0.0), atol=0.01)
+    winds = {name: probe.collect(Vector3Stamped, f'/{name}/wind') for name in ('left', 'right')}
+    view.slide('speed, m/s', 0.4)  # of the first tab
+    probe.spin_until(lambda: winds['left'])
+    assert not winds['right']
+    view.page.locator('input[value="two sides"]').first.click()
+    view.page.get_by_role('option', name='speed').click()
+    view.wait_for_node('/cloths/left/cloth/sheet/level_0')
+    view.wait_for(lambda: len(view.corners('/cloths/left/cloth/sheet/level_0')) > 3)
+    view.keep_screenshot(tmp_path, 'two_cloths_desktop')
+    assert not view.errors
+
+
+@pytest.mark.slow
+def test_a_recording_without_services_is_shown(
+    start_cloth, start_viewer, start, probe, browser, tmp_path
+):
+    """Only particles are published, as while a bag is played."""
+    node = start_cloth(**CURTAIN)
+    states = probe.collect(PointCloud2, '/cloth/particles')
+    probe.spin_until(lambda: len(states) > 5)
+    assert node.stop(signal.SIGINT) == 0
+    view = View(browser, address_of(start_viewer().output))
+    player = probe.create_publisher(PointCloud2, '/cloth/particles', 5)
+
+    def play() -> bool:
+        player.publish(states[-1])
+        probe.spin_for(0.02)
+        return UPPER in view.nodes()
+
+    view.wait_for(play)
+    view.wait_for(lambda: play() and view.page.get_by_text('nothing to command').count())
+    assert not view.page.get_by_text('Pause').is_visible()
+    view.keep_screenshot(tmp_path, 'recording_laptop')
+
+
+def test_a_signal_ends_the_viewer(start_viewer):
+    viewer = start_viewer()
+    assert viewer.stop(signal.SIGINT) == 0
+    assert 'Traceback' not in viewer.output
+    assert len(viewer.output.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_a_setting_by_others_is_shown(start_cloth, start_viewer, probe, browser):
+    start_cloth(**CURTAIN)
+    view = View(browser, address_of(start_viewer().output), LAPTOP)
+    view.wait_for_text('structural')
+    assert set_parameters(probe, springs__structural=777.0)[0].successful
+    shown = view.page.locator('input[value="777"]')
+    view.wait_for(shown.count)
