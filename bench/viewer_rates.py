@@ -20,7 +20,7 @@ from typing import NamedTuple
 from cloth_ros.tradeoff.machine import describe
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
-from chromium import LAPTOP, MISSING, View, address_of, browsing, chromium
+from chromium import MISSING, View, address_of, browsing, chromium
 from ros import NODE, Listener, Process, environment, free_domain, probing
 
 _VIEWER = ('nice', '-n', '5', sys.executable, '-m', 'cloth_ros.viewer.main', '--port', '0')
@@ -75,7 +75,7 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
             viewer.wait_for_output('showing')
             unwatched = measure(listener, seconds, node, viewer)
             with browsing(*renderer) as browser:
-                view = View(browser, address_of(viewer.output), LAPTOP)
+                view = View(browser, address_of(viewer.output))
                 view.wait_for_node(_UPPER)
                 view.page.wait_for_timeout(1e3 * _SETTLE)
                 before = view.page.evaluate(_COUNTS, _UPPER)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import Browser, Page, sync_playwright
-from ros import PATIENCE
+from ros import PATIENCE, Process
 
 # Where screenshots are kept; a test keeps them in its temporary folder otherwise.
 SCREENSHOTS = 'CLOTH_SCREENSHOTS'
@@ -70,11 +70,12 @@ def browsing(*flags: str) -> Iterator[Browser]:
 class View:
     """The browser view, opened in a browser."""
 
-    def __init__(self, browser: Browser, address: str, size: tuple[int, int] = LAPTOP) -> None:
-        width, height = size
+    def __init__(self, browser: Browser, address: str) -> None:
+        width, height = LAPTOP
         self.page: Page = browser.new_page(viewport={'width': width, 'height': height})
         self.page.set_default_timeout(1e3 * PATIENCE)
         self.errors: list[str] = []
+        self.viewer: Process | None = None  # that serves it
         self.page.on('pageerror', lambda error: self.errors.append(str(error)))
         self.page.goto(address)
 
@@ -130,12 +131,15 @@ class View:
             self.page.wait_for_timeout(150)
         mouse.up()
 
-    def keep_screenshot(self, folder: Path, name: str) -> Path:
-        """Save a screenshot in a folder, or in the one that the environment names."""
+    def keep_screenshot(self, folder: Path, name: str, size: tuple[int, int] = LAPTOP) -> Path:
+        """Save a screenshot of a size in a folder, or in the one that the environment names."""
+        if size != LAPTOP:  # only here: without a graphics processor, large pages are slow
+            self.page.set_viewport_size({'width': size[0], 'height': size[1]})
+            self.page.wait_for_timeout(3000)
         folder = Path(os.environ.get(SCREENSHOTS) or folder)
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f'{name}.png'
-        self.page.screenshot(path=path)
+        self.page.screenshot(path=path, timeout=1e3 * PATIENCE)
         return path
 
 

@@ -7,6 +7,7 @@ from contextlib import redirect_stdout
 from io import StringIO
 from typing import NamedTuple
 
+import numpy as np
 import viser
 
 from . import words
@@ -53,7 +54,7 @@ class Page:
         gui.main_panel.dock_right()
         self._stage = Stage(self._server)
         self._parts: list[_ClothPart] = []
-        self._framed = False
+        self._framed: set[str] = set()  # names of cloths
         self._drawn = 0.0
         self._text = gui.add_markdown(words.no_cloth(domain))
         self._tabs: viser.GuiTabGroupHandle | None = None
@@ -106,11 +107,17 @@ class Page:
         self._drawn = time.monotonic()
         for part in self._parts:
             sheet = part.client.take_sheet()
-            if sheet is not None and not self._framed and part.client.is_known:
-                self._framed = True
-                self._stage.frame(sheet, part.client.poses.present.values())
+            if sheet is not None and part.client.is_known:
+                self._frame(part)
             with self._server.atomic():
                 part.view.draw(sheet)
+
+    def _frame(self, part: _ClothPart) -> None:
+        """Direct the camera at all cloths when there is a new one."""
+        if part.client.name.node not in self._framed:
+            self._framed.add(part.client.name.node)
+            known = [each for each in self._parts if each.client.name.node in self._framed]
+            self._stage.frame(np.concatenate([each.view.points() for each in known]))
 
     def update(self) -> None:
         """Update texts, controls and plots; to be called some times a second."""

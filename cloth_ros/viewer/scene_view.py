@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from .actions import Actions
 from .cloth_client import ClothClient
 from .collider_view import ColliderView
 from .particles import Sheet
-from .pose import Pose
 from .sheet_view import SheetView
 from .wind_view import WindView
 
@@ -20,6 +19,7 @@ _DISTANCE = 2.0  # of the camera, in diagonals of the sheet
 _FIELD_OF_VIEW = 0.75  # rad, vertical
 _VIEW = np.array([0.62, -0.7, 0.34])  # from the middle to the camera
 _EMPTY = (2.2, -2.5, 1.8), (0.0, 0.0, 0.8)  # camera and middle, m, before there is a cloth
+_NEAR = 1.5  # in lengths of the sheet: farther colliders need not be in view
 _LAMP = np.array([-0.45, -0.75, 1.0])  # from the middle to the lamp
 
 
@@ -58,13 +58,8 @@ class Stage:
         )  # fmt: skip
         server.initial_camera.position, server.initial_camera.look_at = _EMPTY
 
-    def frame(self, sheet: Sheet, poses: Iterable[Pose]) -> None:
-        """Direct camera and lamp at a sheet and colliders; ground at z = 0, or below the sheet."""
-        points = sheet.positions.reshape(-1, 3).astype(float)
-        near = 1.5 * float(np.ptp(points, 0).max())
-        middle = points.mean(0)
-        places = [pose.position for pose in poses if math.dist(pose.position, middle) < near]
-        points = np.concatenate([points, np.reshape(places, (-1, 3))])
+    def frame(self, points: NDArray[np.float64]) -> None:
+        """Direct camera and lamp at points, m, shape (count, 3); ground at z = 0, or below."""
         low, high = points.min(0), points.max(0)
         size = max(float(np.linalg.norm(high - low)), 0.1)
         middle = (low + high) / 2
@@ -82,6 +77,7 @@ class Stage:
         for client in self._server.get_clients().values():
             with client.atomic():
                 client.camera.position, client.camera.look_at = camera, middle
+                client.camera.fov = _FIELD_OF_VIEW
 
     def show_ground(self, visible: bool) -> None:
         """Show or hide the ground."""
@@ -129,6 +125,17 @@ class ClothView:
     @visible.setter
     def visible(self, visible: bool) -> None:
         self._root.visible = visible
+
+    def points(self) -> NDArray[np.float64]:
+        """Return particles, and colliders nearby, that the camera should show, m, (count, 3)."""
+        sheet = self._client.sheet
+        if sheet is None:
+            return np.empty((0, 3))
+        particles = sheet.positions.reshape(-1, 3).astype(float)
+        near, middle = _NEAR * float(np.ptp(particles, 0).max()), particles.mean(0)
+        places = [pose.position for pose in self._client.poses.present.values()]
+        places = [each for each in places if math.dist(each, middle) < near]
+        return np.concatenate([particles, np.reshape(places, (-1, 3))])
 
     def draw(self, sheet: Sheet | None) -> None:
         """Draw what has changed: a new state, colliders, wind."""

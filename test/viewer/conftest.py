@@ -33,3 +33,16 @@ def browser() -> Iterator[object]:
         pytest.skip(MISSING)
     with browsing() as browser:
         yield browser
+
+
+@pytest.fixture
+def view(browser, start_viewer) -> Iterator[object]:
+    """The page of a viewer in the browser, without errors until the end of the test."""
+    from chromium import View, address_of
+
+    viewer = start_viewer()
+    view = View(browser, address_of(viewer.output))
+    view.viewer = viewer
+    yield view
+    view.page.close()
+    assert not view.errors

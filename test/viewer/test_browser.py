@@ -4,7 +4,7 @@ import signal
 
 import numpy as np
 import pytest
-from chromium import DESKTOP, LAPTOP, View, address_of
+from chromium import DESKTOP
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
 from ros import set_parameters
@@ -24,12 +24,9 @@ CURTAIN = {
 }
 
 
-def test_the_mouse_turns_the_wind_and_drags_the_sphere(
-    start_cloth, start_viewer, probe, browser, tmp_path
-):
+def test_the_mouse_turns_the_wind_and_drags_the_sphere(start_cloth, view, probe, tmp_path):
     """Commands arrive on the topics, and what they do is seen on the page."""
     start_cloth(**CURTAIN)
-    view = View(browser, address_of(start_viewer().output))
     winds = probe.collect(Vector3Stamped, '/wind')
     view.wait_for_node(SPHERE)
     view.wait_for_node(UPPER)
@@ -51,17 +48,12 @@ def test_the_mouse_turns_the_wind_and_drags_the_sphere(
     probe.spin_until(lambda: winds and abs(winds[-1].vector.y - 7.5) < 1.0)
     assert abs(winds[-1].vector.x) < 1e-6
     view.wait_for(lambda: view.corners(UPPER)[:, 1].max() > 0.5)
-    assert not view.errors
 
 
 @pytest.mark.slow
-def test_parameters_are_set_and_refusals_shown(
-    start_cloth, start_viewer, probe, browser, tmp_path
-):
+def test_parameters_are_set_and_refusals_shown(start_cloth, view, probe, tmp_path):
     """With so few substeps that only little more stiffness is stable."""
     start_cloth(**CURTAIN, solver__substeps=24)
-    viewer = start_viewer()
-    view = View(browser, address_of(viewer.output), DESKTOP)
     events = probe.collect(ParameterEvent, '/parameter_events')
     view.wait_for_text('structural')
     view.slide('bending', 0.6)
@@ -70,14 +62,12 @@ def test_parameters_are_set_and_refusals_shown(
     view.slide('structural', 1.0)
     view.wait_for_text('The node has refused this')
     view.wait_for_text('solver.substeps')
-    assert 'refused: ' in viewer.output
-    view.keep_screenshot(tmp_path, 'refusal_desktop')
-    assert not view.errors
+    assert 'refused: ' in view.viewer.output
+    view.keep_screenshot(tmp_path, 'refusal_desktop', DESKTOP)
 
 
 @pytest.mark.slow
-def test_the_page_names_what_is_missing_and_recovers(start_cloth, start_viewer, browser, tmp_path):
-    view = View(browser, address_of(start_viewer().output))
+def test_the_page_names_what_is_missing_and_recovers(start_cloth, view, tmp_path):
     view.wait_for_text('No cloth is heard')
     view.keep_screenshot(tmp_path, 'no_cloth_laptop')
     node = start_cloth(**CURTAIN)
@@ -90,15 +80,13 @@ def test_the_page_names_what_is_missing_and_recovers(start_cloth, start_viewer, 
     view.wait_for(lambda: UPPER in view.nodes() and view.corners(UPPER).shape == (320, 3))
     view.wait_for(lambda: SPHERE not in view.nodes())
     view.wait_for_text('real-time factor 1.')
-    assert not view.errors
 
 
 @pytest.mark.slow
-def test_several_cloths_and_their_colours(start_cloth, start_viewer, probe, browser, tmp_path):
+def test_several_cloths_and_their_colours(start_cloth, view, probe, tmp_path):
     start_cloth('-r', '__ns:=/left', **CURTAIN)
     moved = {**CURTAIN, 'sheet__position': '[1.5, 0.0, 1.5]', 'sphere__radius': 0.0}
     start_cloth('-r', '__ns:=/right', **moved)
-    view = View(browser, address_of(start_viewer().output), DESKTOP)
     for name in ('left', 'right'):
         view.wait_for_node(f'/cloths/{name}/cloth/sheet/upper')
     apart = np.subtract(
@@ -113,20 +101,16 @@ def test_several_cloths_and_their_colours(start_cloth, start_viewer, probe, brow
     view.page.get_by_role('option', name='speed').click()
     view.wait_for_node('/cloths/left/cloth/sheet/level_0')
     view.wait_for(lambda: len(view.corners('/cloths/left/cloth/sheet/level_0')) > 3)
-    view.keep_screenshot(tmp_path, 'two_cloths_desktop')
-    assert not view.errors
+    view.keep_screenshot(tmp_path, 'two_cloths_desktop', DESKTOP)
 
 
 @pytest.mark.slow
-def test_a_recording_without_services_is_shown(
-    start_cloth, start_viewer, start, probe, browser, tmp_path
-):
+def test_a_recording_without_services_is_shown(start_cloth, view, probe, tmp_path):
     """Only particles are published, as while a bag is played."""
     node = start_cloth(**CURTAIN)
     states = probe.collect(PointCloud2, '/cloth/particles')
     probe.spin_until(lambda: len(states) > 5)
     assert node.stop(signal.SIGINT) == 0
-    view = View(browser, address_of(start_viewer().output))
     player = probe.create_publisher(PointCloud2, '/cloth/particles', 5)
 
     def play() -> bool:
@@ -148,9 +132,8 @@ def test_a_signal_ends_the_viewer(start_viewer):
 
 
 @pytest.mark.slow
-def test_a_setting_by_others_is_shown(start_cloth, start_viewer, probe, browser):
+def test_a_setting_by_others_is_shown(start_cloth, view, probe):
     start_cloth(**CURTAIN)
-    view = View(browser, address_of(start_viewer().output), LAPTOP)
     view.wait_for_text('structural')
     assert set_parameters(probe, springs__structural=777.0)[0].successful
     shown = view.page.locator('input[value="777"]')
