@@ -5,15 +5,18 @@ Frames per second of the browser view, and what it costs the node.
 
 For each size a node is started, and measured alone, with the viewer, and with the viewer and a
 page that shows it in a headless Chromium.  That one has no graphics processor: it draws on the
-same cores on which node and viewer run, and its frames per second are a lower bound.
+same cores on which node and viewer run, and its frames per second are a lower bound: a page with a
+graphics processor is limited by the work of the page, which is listed too, in processor time.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +28,8 @@ from ros import NODE, Listener, Process, environment, free_domain, probing
 
 _VIEWER = ('nice', '-n', '5', sys.executable, '-m', 'cloth_ros.viewer.main', '--port', '0')
 _UPPER = '/cloths/cloth/sheet/upper'
+# Kinds of processes: the page itself, and what draws it.
+_WORK = ('renderer', 'gpu-process')
 _SETTLE = 4.0  # s, after everything has started
 # Frames that were drawn, states of the sheet that these showed, and the time in ms.
 _COUNTS = """name => {
@@ -37,26 +42,50 @@ _COUNTS = """name => {
 
 
 class Cost(NamedTuple):
-    """Of one period: simulated time by time, and processor time of node and viewer by time."""
+    """
+    Of one period.
+
+    Attributes
+    ----------
+    factor
+        Simulated time by time.
+    viewer
+        Processor time of the viewer by time.
+
+    """
 
     factor: float
-    node: float
     viewer: float
 
 
-def measure(
-    listener: Listener, seconds: float, node: Process, viewer: Process | None = None
-) -> Cost:
+def browser_seconds(kind: str) -> float:
+    """Return the processor time of Chromium's processes of a kind in this process tree, s."""
+    parents: dict[int, int] = {}
+    times: dict[int, float] = {}
+    for folder in Path('/proc').glob('[0-9]*'):
+        with suppress(OSError):  # it has ended
+            fields = (folder / 'stat').read_text().rpartition(')')[2].split()
+            parents[int(folder.name)] = int(fields[1])
+            if f'--type={kind}' in (folder / 'cmdline').read_text():
+                ticks = int(fields[11]) + int(fields[12])
+                times[int(folder.name)] = ticks / os.sysconf('SC_CLK_TCK')
+
+    def is_ours(pid: int) -> bool:
+        return pid == os.getpid() or (pid > 1 and is_ours(parents.get(pid, 0)))
+
+    return sum(seconds for pid, seconds in times.items() if is_ours(pid))
+
+
+def measure(listener: Listener, seconds: float, viewer: Process | None = None) -> Cost:
     """Measure for some seconds."""
     listener.spin_for(_SETTLE)
-    first, used = listener.next_report(), [each.cpu_seconds for each in (node, viewer) if each]
-    start = time.monotonic()
+    first = listener.next_report()
+    start, used = time.monotonic(), viewer.cpu_seconds if viewer else 0.0
     listener.spin_for(seconds)
     last, passed = listener.next_report(), time.monotonic() - start
     factor = (last.simulated - first.simulated) / (last.at - first.at)
-    now = [each.cpu_seconds for each in (node, viewer) if each]
-    shares = [(after - before) / passed for before, after in zip(used, now, strict=True)]
-    return Cost(factor, shares[0], shares[1] if viewer else 0.0)
+    used = viewer.cpu_seconds - used if viewer else 0.0
+    return Cost(factor, used / passed)
 
 
 def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
@@ -70,26 +99,27 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
         viewer = None
         try:
             listener.spin_until(lambda: listener.reports and listener.reports[-1].factor > 0.5)
-            alone = measure(listener, seconds, node)
+            alone = measure(listener, seconds)
             viewer = Process(_VIEWER, environment(domain))
             viewer.wait_for_output('showing')
-            unwatched = measure(listener, seconds, node, viewer)
+            unwatched = measure(listener, seconds, viewer)
             with browsing(*renderer) as browser:
                 view = View(browser, address_of(viewer.output))
                 view.wait_for_node(_UPPER)
                 view.page.wait_for_timeout(1e3 * _SETTLE)
-                before = view.page.evaluate(_COUNTS, _UPPER)
-                watched = measure(listener, seconds, node, viewer)
-                after = view.page.evaluate(_COUNTS, _UPPER)
+                before = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
+                watched = measure(listener, seconds, viewer)
+                after = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
         finally:
             node.end()
             if viewer is not None:
                 viewer.end()
-    frames, states, passed = (b - a for a, b in zip(before, after, strict=True))
+    frames, states, passed, page, drawing = (b - a for a, b in zip(before, after, strict=True))
     return (
         f'| {size} × {size} | {alone.factor:.3f} | {unwatched.factor:.3f} | {watched.factor:.3f} '
         f'| {1e3 * frames / passed:.1f} | {1e3 * states / passed:.1f} '
-        f'| {2 * 12 * size**2 / 1e3:.0f} | {100 * watched.viewer:.0f} |'
+        f'| {1e3 * page / states:.0f} | {1e3 * drawing / frames:.0f} '
+        f'| {100 * watched.viewer:.0f} |'
     )
 
 
@@ -107,8 +137,9 @@ def main() -> None:
     print(', '.join(f'{name} {value}' for name, value in describe().items()))
     print(
         '| sheet | real-time factor of the node alone | with the viewer | with viewer and page '
-        '| frames per second | states shown per second | kB per state '
-        '| viewer, % of a core |\n' + '| --- ' * 8 + '|'
+        '| frames per second | states shown per second '
+        '| work of the page, ms per state | drawing, ms per frame '
+        '| viewer, % of a core |\n' + '| --- ' * 9 + '|'
     )
     for size in arguments.sizes:
         renderer = tuple(re.split(r'\s+', arguments.renderer)) if arguments.renderer else ()

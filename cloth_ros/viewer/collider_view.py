@@ -39,26 +39,32 @@ class ColliderView:
         self._handles: dict[str, viser.TransformControlsHandle] = {}
         self._pins: viser.SceneNodeHandle | None = None
         self._with_handles = True
-        self._has_plane = False
+        self._parts: dict[str, list[Shape]] = {}
+        self._pinned = np.empty((0, 3), np.float32)
 
     @property
     def has_plane(self) -> bool:
         """True if a plane is shown, which is ground enough."""
-        return self._has_plane
+        return any(part.is_plane for parts in self._parts.values() for part in parts)
 
     def show(self, shapes: Shapes) -> None:
-        """Replace all pins and colliders."""
-        for handle in self._handles.values():
-            handle.remove()
-        self._handles.clear()
-        if self._pins is not None:
-            self._pins.remove()
-            self._pins = None
-        if len(shapes.pins):
-            self._add_pins(shapes)
-        self._has_plane = False
+        """Show other pins and colliders; those that have not changed stay, also in a drag."""
+        if not np.array_equal(shapes.pins, self._pinned):
+            self._pinned = shapes.pins
+            if self._pins is not None:
+                self._pins.remove()
+            self._pins = self._add_pins(shapes) if len(shapes.pins) else None
+        for name in [*self._handles]:
+            if name not in shapes.colliders or not _alike(
+                shapes.colliders[name][1], self._parts[name]
+            ):
+                self._handles.pop(name).remove()
+        self._parts = {name: parts for name, (_, parts) in shapes.colliders.items()}
         for name, (pose, parts) in shapes.colliders.items():
-            self._add_collider(name, pose, parts)
+            if name in self._handles:
+                self.place(name, pose)
+            else:
+                self._add_collider(name, pose, parts)
 
     def place(self, name: str, pose: Pose) -> None:
         """Move a collider that others have moved."""
@@ -72,12 +78,12 @@ class ColliderView:
         for handle in self._handles.values():
             handle.active_axes = (visible,) * 3
 
-    def _add_pins(self, shapes: Shapes) -> None:
+    def _add_pins(self, shapes: Shapes) -> viser.SceneNodeHandle:
         own = shapes.pin_diameter
         diameter = min(_PIN_ENLARGED * own, max(own, _LARGE_PIN))
         ball = trimesh.creation.icosphere(1, diameter / 2)
         count = len(shapes.pins)
-        self._pins = self._scene.add_batched_meshes_simple(
+        return self._scene.add_batched_meshes_simple(
             f'{self._path}/pins',
             np.asarray(ball.vertices, np.float32),
             np.asarray(ball.faces, np.uint32),
@@ -92,7 +98,6 @@ class ColliderView:
         largest = max(max(_extent(part)) for part in parts)
         plane = any(part.is_plane for part in parts)
         sphere = all(part.kind == 'sphere' for part in parts)
-        self._has_plane = self._has_plane or plane
         handle = self._scene.add_transform_controls(
             path,
             scale=0.3 if plane else float(np.clip(0.9 * largest, 0.12, 1.0)),
@@ -149,3 +154,14 @@ def _extent(part: Shape) -> tuple[float, ...]:
     if part.kind == 'mesh' and len(part.triangles):
         return tuple(np.ptp(part.triangles, (0, 1)).tolist())
     return part.size
+
+
+def _alike(some: list[Shape], others: list[Shape]) -> bool:
+    """Return whether two colliders look the same, but for their poses."""
+    return len(some) == len(others) and all(
+        one.kind == other.kind
+        and one.triangles.shape == other.triangles.shape
+        and np.allclose(one.size, other.size, rtol=1e-4, atol=1e-6)
+        and np.allclose(one.triangles, other.triangles, atol=1e-6)
+        for one, other in zip(some, others, strict=True)
+    )

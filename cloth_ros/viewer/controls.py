@@ -11,7 +11,7 @@ from .actions import Actions
 from .cloth_client import ClothClient
 from .parameter_slider import ParameterSlider, Range
 from .scene_view import ClothView
-from .sheet_view import COLOURINGS, PLAIN
+from .sheet_view import COLOURINGS, ONE_COLOUR, TWO_SIDES
 from .wind_controls import WindControls
 
 _STIFFNESS = (
@@ -25,6 +25,7 @@ _LOSSES = (
     Range('solver.tolerance', 'tolerance', 1e-5, 0.1, logarithmic=True),
 )
 _GREATEST_FRICTION = 1.5
+_COLOURS = (TWO_SIDES, ONE_COLOUR, *COLOURINGS)
 
 
 class Controls:
@@ -49,6 +50,7 @@ class Controls:
     ) -> None:
         self._gui, self._client, self._view, self._actions = gui, client, view, actions
         self._sliders: dict[str, ParameterSlider] = {}
+        self._has_colouring = False
         self._state = gui.add_html('')
         self._commands = gui.add_folder(None)
         with self._commands:
@@ -77,14 +79,14 @@ class Controls:
     def _add_appearance(self) -> None:
         gui, view, actions, name = self._gui, self._view, self._actions, self._client.name
         with gui.add_folder('Appearance'):
-            colours = gui.add_dropdown('colours', (PLAIN, *COLOURINGS))
+            colours = gui.add_dropdown('colours', _COLOURS)
             self._legend = gui.add_html('', visible=False)
             shown = gui.add_checkbox('show this cloth', True)
             handles = gui.add_checkbox('handles of the colliders', True)
 
-        async def coloured(_: viser.GuiEvent[Any]) -> None:
+        async def coloured(event: viser.GuiEvent[Any]) -> None:
             chosen = colours.value
-            if chosen in (PLAIN, *COLOURINGS):
+            if event.client is not None and chosen in _COLOURS:
                 actions.put((name, 'colours'), lambda: setattr(view.sheet, 'colouring', chosen))
 
         async def show(_: viser.GuiEvent[Any]) -> None:
@@ -95,6 +97,7 @@ class Controls:
             visible = bool(handles.value)
             actions.put((name, 'handles'), lambda: view.colliders.show_handles(visible))
 
+        self._colours = colours
         colours.on_update(coloured)
         shown.on_update(show)
         handles.on_update(show_handles)
@@ -113,6 +116,9 @@ class Controls:
             self._pause.label = label
             self._pause.icon = viser.Icon.PLAYER_PLAY if client.paused else viser.Icon.PLAYER_PAUSE
         self._wind.update()
+        if not self._has_colouring and self._view.sheet.colouring:
+            self._has_colouring = True
+            self._colours.value = self._view.sheet.colouring  # type: ignore[misc]
         self._legend.content = self._view.sheet.legend
         self._legend.visible = bool(self._view.sheet.legend)
         self._update_sliders()

@@ -96,7 +96,6 @@ class ParameterSlider:
             high,
             0.1 if shown.logarithmic else (high - low) / 200,
             min(max(shown.to_slider(value), low), high),
-            hint=client.parameters.descriptions.get(shown.name),
             marks=((low, _length(shown.least)), (high, _length(shown.greatest)))
             if shown.logarithmic
             else None,
@@ -132,6 +131,7 @@ class ParameterSlider:
         if abs(position - self._slider.value) > 0.51 * self._slider.step:
             self._slider.value = max(position, self._slider.min)  # type: ignore[misc]
         self._slider.label = self._label(float(value))
+        self._slider.hint = self._client.parameters.descriptions.get(self._range.name)
 
     def remove(self) -> None:
         """Remove it from the page."""

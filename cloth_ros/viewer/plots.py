@@ -16,6 +16,9 @@ from .history import History
 SECONDS = 120.0  # shown
 
 
+_NO_POINTS = uplot.Series_Points(show=False)
+
+
 class Quantity(NamedTuple):
     """
     A plot.
@@ -86,11 +89,11 @@ def _plot(gui: viser.GuiApi, quantity: Quantity) -> viser.GuiUplotHandle:
         _data(quantity, np.array([-SECONDS]), np.array([1.0])),
         (
             uplot.Series(label='s'),
-            uplot.Series(label=quantity.title, stroke=quantity.colour, width=2),
+            uplot.Series(label=quantity.title, stroke=quantity.colour, width=2, points=_NO_POINTS),
             *(_mark(value) for value in quantity.marks),
         ),
         title=quantity.title,
-        scales={'x': uplot.Scale(time=False, range=(-SECONDS, 0.0)), 'y': uplot.Scale(auto=True)},
+        scales={'x': uplot.Scale(time=False), 'y': uplot.Scale(auto=True)},
         axes=(uplot.Axis(**below), uplot.Axis(**axis)),  # type: ignore[typeddict-item]
         legend=uplot.Legend(show=False),
         height=165,
@@ -105,7 +108,6 @@ def _data(
 
 
 def _mark(value: float) -> uplot.Series:
-    points = uplot.Series_Points(show=False)
     if value == 0.0:
-        return uplot.Series(label='0', width=0, points=points)
-    return uplot.Series(label=f'{value:g}', stroke='#999', width=1, dash=(4, 4), points=points)
+        return uplot.Series(label='0', width=0, points=_NO_POINTS)
+    return uplot.Series(label=f'{value:g}', stroke='#999', width=1, dash=(4, 4), points=_NO_POINTS)

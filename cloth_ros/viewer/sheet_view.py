@@ -12,7 +12,9 @@ from .particles import Sheet
 from .sheet_mesh import Part, cell_speed, cell_stretch, edge_lengths, split_by_level, triangles
 
 UPPER, LOWER = (204, 56, 51), (214, 158, 71)
-PLAIN = 'two sides'
+TWO_SIDES, ONE_COLOUR = 'two sides', 'one colour'
+# Larger sheets begin in one colour: a mesh has a single colour, and two meshes are twice the work.
+_LARGE = 10_000  # particles
 
 
 # A triangle without area: a mesh that shows nothing.
@@ -37,8 +39,8 @@ class SheetView:
     """
     Draw the newest state of a sheet.
 
-    viser sends the arrays that were assigned and nothing else: of a two-sided sheet the positions
-    only, once per side, since a mesh has one colour.
+    viser sends the arrays that were assigned and nothing else: of a plain sheet the positions
+    only, once per colour.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ class SheetView:
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
         self.spacing: tuple[float, float] | None = None
         self._scene, self._path = scene, path
-        self._colouring = PLAIN
+        self._colouring = ''
         self._shape = (0, 0)
         self._meshes: list[viser.MeshHandle] = []
         self._scale = ColourScale(1.0)
@@ -65,7 +67,7 @@ class SheetView:
 
     @property
     def colouring(self) -> str:
-        """What the colours show: `PLAIN`, or a key of `COLOURINGS`."""
+        """`TWO_SIDES`, `ONE_COLOUR`, or a key of `COLOURINGS`; empty before the first state."""
         return self._colouring
 
     @colouring.setter
@@ -78,8 +80,8 @@ class SheetView:
 
     @property
     def legend(self) -> str:
-        """HTML that explains the colours; empty for a two-sided sheet."""
-        if self._colouring == PLAIN:
+        """HTML that explains the colours; empty for a plain sheet."""
+        if self._colouring not in COLOURINGS:
             return ''
         shown = COLOURINGS[self._colouring]
         return legend(shown.title, shown.unit, self._scale.greatest, VIRIDIS)
@@ -95,18 +97,23 @@ class SheetView:
             self._cells = triangles(*sheet.shape)
             along_rows, along_columns = edge_lengths(sheet.positions)
             self._first_spacing = float(np.median(along_rows)), float(np.median(along_columns))
-        if self._colouring == PLAIN:
-            self._draw_sides(sheet)
-        else:
+        if not self._colouring:
+            self._colouring = ONE_COLOUR if np.prod(sheet.shape) > _LARGE else TWO_SIDES
+        if self._colouring in COLOURINGS:
             self._draw_levels(sheet)
+        else:
+            self._draw_plain(sheet)
 
-    def _draw_sides(self, sheet: Sheet) -> None:
+    def _draw_plain(self, sheet: Sheet) -> None:
         vertices = sheet.positions.reshape(-1, 3)
         if not self._meshes:
             faces = self._cells.reshape(-1, 3)
+            sides = [('upper', UPPER, 'front'), ('lower', LOWER, 'back')]
+            if self._colouring == ONE_COLOUR:
+                sides = [('upper', UPPER, 'double')]
             self._meshes = [
-                self._mesh('upper', Part(vertices, faces), UPPER, 'front'),
-                self._mesh('lower', Part(vertices, faces), LOWER, 'back'),
+                self._mesh(name, Part(vertices, faces), colour, side)
+                for name, colour, side in sides
             ]
             return
         for mesh in self._meshes:

@@ -10,7 +10,7 @@ import viser
 from .particles import Sheet
 from .pose import Vector
 
-_COLOUR = (52, 140, 186)
+_COLOUR = (18, 96, 150)
 # Seconds of wind that the arrow represents, as in the markers of the node.
 _SECONDS = 0.1
 _LONGEST = 1.5  # m

@@ -53,11 +53,14 @@ def state(client: ClothClient) -> str:
         factor = client.number('real-time factor')
         text = client.message or 'running'
         if math.isfinite(factor):
-            text += f', real-time factor {factor:.2f}'
+            text = f'real-time factor {factor:.2f}: {text}'
         colour = _WARN if client.level not in (b'\0', 0) else _GOOD
+    escaped = html.escape(text)
+    # Of constant height: what is below must not move while someone is about to click it.
     return (
-        '<div style="padding:0.2em 0.9em 0.5em;font-size:0.9em;line-height:1.35">'
-        f'<span style="color:{colour}">●</span> {html.escape(text)}</div>'
+        f'<div title="{escaped}" style="margin:0.2em 0.9em 0.5em;font-size:0.9em;'
+        'line-height:1.35;height:2.7em;overflow:hidden">'
+        f'<span style="color:{colour}">●</span> {escaped}</div>'
     )
 
 

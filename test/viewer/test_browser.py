@@ -63,6 +63,8 @@ def test_parameters_are_set_and_refusals_shown(start_cloth, view, probe, tmp_pat
     view.wait_for_text('The node has refused this')
     view.wait_for_text('solver.substeps')
     assert 'refused: ' in view.viewer.output
+    # The slider returns from the value that was refused.
+    view.wait_for(lambda: not view.page.locator('input[value="1000"]').count())
     view.keep_screenshot(tmp_path, 'refusal_desktop', DESKTOP)
 
 

@@ -13,7 +13,6 @@ from cloth_ros.viewer.marker_shapes import MarkerShapes
     [
         ('table', {'table': ['box'], 'leg': ['cylinder'], 'floor': ['box']}),
         ('robot_arm', {'column': ['cylinder'], 'hand': ['cylinder', 'sphere', 'sphere']}),
-        ('gust', {'sphere': ['sphere']}),
     ],
 )
 def test_colliders_are_at_the_poses_of_the_scene(start, probe, scene, kinds):
