@@ -49,12 +49,15 @@ class Cost(NamedTuple):
     ----------
     factor
         Simulated time by time.
+    node
+        Processor time of the node by simulated time.
     viewer
         Processor time of the viewer by time.
 
     """
 
     factor: float
+    node: float
     viewer: float
 
 
@@ -76,16 +79,21 @@ def browser_seconds(kind: str) -> float:
     return sum(seconds for pid, seconds in times.items() if is_ours(pid))
 
 
-def measure(listener: Listener, seconds: float, viewer: Process | None = None) -> Cost:
+def measure(
+    listener: Listener, seconds: float, node: Process, viewer: Process | None = None
+) -> Cost:
     """Measure for some seconds."""
     listener.spin_for(_SETTLE)
     first = listener.next_report()
     start, used = time.monotonic(), viewer.cpu_seconds if viewer else 0.0
+    calculated = node.cpu_seconds
     listener.spin_for(seconds)
     last, passed = listener.next_report(), time.monotonic() - start
-    factor = (last.simulated - first.simulated) / (last.at - first.at)
+    simulated = last.simulated - first.simulated
+    factor = simulated / (last.at - first.at)
+    calculated = node.cpu_seconds - calculated
     used = viewer.cpu_seconds - used if viewer else 0.0
-    return Cost(factor, used / passed)
+    return Cost(factor, calculated / simulated, used / passed)
 
 
 def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
@@ -99,16 +107,16 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
         viewer = None
         try:
             listener.spin_until(lambda: listener.reports and listener.reports[-1].factor > 0.5)
-            alone = measure(listener, seconds)
+            alone = measure(listener, seconds, node)
             viewer = Process(_VIEWER, environment(domain))
             viewer.wait_for_output('showing')
-            unwatched = measure(listener, seconds, viewer)
+            unwatched = measure(listener, seconds, node, viewer)
             with browsing(*renderer) as browser:
                 view = View(browser, address_of(viewer.output))
                 view.wait_for_node(_UPPER)
                 view.page.wait_for_timeout(1e3 * _SETTLE)
                 before = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
-                watched = measure(listener, seconds, viewer)
+                watched = measure(listener, seconds, node, viewer)
                 after = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
         finally:
             node.end()
@@ -117,8 +125,9 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
     frames, states, passed, page, drawing = (b - a for a, b in zip(before, after, strict=True))
     return (
         f'| {size} × {size} | {alone.factor:.3f} | {unwatched.factor:.3f} | {watched.factor:.3f} '
+        f'| {100 * alone.node:.1f} | {100 * unwatched.node:.1f} | {100 * watched.node:.1f} '
         f'| {1e3 * frames / passed:.1f} | {1e3 * states / passed:.1f} '
-        f'| {1e3 * page / states:.0f} | {1e3 * drawing / frames:.0f} '
+        f'| {1e3 * page / max(states, 1):.0f} | {1e3 * drawing / max(frames, 1):.0f} '
         f'| {100 * watched.viewer:.0f} |'
     )
 
@@ -137,9 +146,10 @@ def main() -> None:
     print(', '.join(f'{name} {value}' for name, value in describe().items()))
     print(
         '| sheet | real-time factor of the node alone | with the viewer | with viewer and page '
+        '| node alone, % of a core in real time | with the viewer | with viewer and page '
         '| frames per second | states shown per second '
         '| work of the page, ms per state | drawing, ms per frame '
-        '| viewer, % of a core |\n' + '| --- ' * 9 + '|'
+        '| viewer, % of a core |\n' + '| --- ' * 12 + '|'
     )
     for size in arguments.sizes:
         renderer = tuple(re.split(r'\s+', arguments.renderer)) if arguments.renderer else ()
