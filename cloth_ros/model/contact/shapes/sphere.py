@@ -20,8 +20,8 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
 
     The reference point p is on the sphere.  With n the normal there and κ = 1/R, a point at y from
     p is R √(1 + 2 κ s) from the centre, s = n·y + κ y²/2, and so 2 s/(1 + √(1 + 2 κ s)) from the
-    sphere: no difference of two large numbers, however large the sphere.  The offset is ρ²/(2 R),
-    a little more than √(R² + ρ²) − R.
+    sphere: no difference of two large numbers, however large the sphere.  The offset is the series
+    of √(R² + ρ²) − R in κ ρ up to the sixth power, which is a little more.
     """
     kappa = constants[0]
     nx, ny, nz = to_world(rotation, constants[1], constants[2], constants[3])
@@ -31,8 +31,11 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     squared = max(one + (kappa + kappa) * s, constants[TINY])
     scale, root = reciprocal_root(one, squared)
     share, _ = reciprocal_root(one, one + root)
+    half = constants[HALF]
+    bent = kappa * kappa * rho * rho
+    offset = half * kappa * rho * rho * (one - half * half * bent * (one - half * bent))
     return (
-        (s + s) * share * share - constants[HALF] * kappa * rho * rho,
+        (s + s) * share * share - offset,
         scale * (nx + kappa * x),
         scale * (ny + kappa * y),
         scale * (nz + kappa * z),
