@@ -1,6 +1,7 @@
 """The repository as a whole: documentation, versions, dependencies, size of files."""
 
 import ast
+import doctest
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 from builders import ROOT, run_python
 
+from cloth_ros import Cloth, Scene
 from tools.parameter_table import parameter_table
 
 CODE = ROOT / 'cloth_ros'
@@ -56,6 +58,17 @@ def test_python_example_of_the_readme_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     (example,) = re.findall(r'```python\n(.*?)```', (ROOT / 'README.md').read_text(), re.DOTALL)
     exec(compile(example, 'README.md', 'exec'), {})
+
+
+@pytest.mark.parametrize('public', [Cloth, Scene])
+def test_the_help_begins_with_an_example_that_runs(public, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    example = doctest.DocTestParser().get_doctest(
+        public.__doc__, {'Cloth': Cloth, 'Scene': Scene}, '', None, None
+    )
+    assert len(example.examples) >= 4
+    assert public.__doc__.split('\n\n')[1].strip().startswith('>>> ')
+    assert doctest.DocTestRunner().run(example).failed == 0
 
 
 def test_layout_lists_every_module():
