@@ -1,6 +1,7 @@
 # make run        a live node; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
+# make docs       the documentation as a site that works offline, in build/docs
 # make pictures   render the pictures of the README, into docs/pictures
 # make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
 # make refinement convergence of the grid: docs/validation/refinement.md, a minute
@@ -29,7 +30,7 @@ else
 ROS := wheels
 endif
 
-.PHONY: run test test-all pictures study refinement bench reliability random-scenes extremes fuzz \
+.PHONY: run test test-all docs pictures study refinement bench reliability random-scenes extremes fuzz \
     faults soak clean help
 
 run: $(VENV)/.ready-run-$(ROS)
@@ -44,6 +45,10 @@ test: $(VENV)/.ready-test-$(ROS)
 
 test-all: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/python -m pytest $(WORKERS) -m slow $(PYTEST_ARGS)
+
+docs: $(VENV)/.ready-docs-$(ROS)
+	$(VENV)/bin/python -m sphinx --fail-on-warning --keep-going docs build/docs
+	@echo 'open build/docs/index.html'
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures
