@@ -45,6 +45,7 @@ autodoc_typehints_description_target = 'documented'
 autodoc_member_order = 'bysource'
 autodoc_class_signature = 'mixed'
 napoleon_google_docstring = False
+napoleon_use_ivar = True
 napoleon_use_rtype = False
 default_role = 'code'  # docstrings have names in single quotes
 

@@ -12,6 +12,7 @@ import pytest
 from builders import ROOT, run_python
 
 from cloth_ros import Cloth, Scene
+from tools.launch_table import launch_table
 from tools.parameter_table import parameter_table
 
 CODE = ROOT / 'cloth_ros'
@@ -35,6 +36,10 @@ print(cloth.positions.shape)
 
 def test_table_of_parameters_is_that_of_the_scene():
     assert parameter_table() in (ROOT / 'docs' / 'parameters.md').read_text()
+
+
+def test_table_of_launch_arguments_is_that_of_the_launch_file():
+    assert launch_table() in (ROOT / 'docs' / 'commands.md').read_text()
 
 
 def anchors(page: Path) -> set[str]:
