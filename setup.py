@@ -51,6 +51,8 @@ setup(
             *DOCS,
             *MANY,
         ],
+        # What examples/record.py needs.
+        'record': ['rosbags'],
         'docs': DOCS,
         'many': MANY,
         'pictures': ['pyvista'],

@@ -38,7 +38,7 @@ class Block(NamedTuple):
     until, seconds
         Ctrl-C comes when the code has printed the text, or after s; None: it ends by itself.
     needs
-        Executable without which it is skipped, because it is not on PyPI.
+        Command or ROS package without which it is skipped, because it is not on PyPI.
     reason
         Why it is not run; None: it is.
 
