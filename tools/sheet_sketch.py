@@ -72,9 +72,7 @@ def main() -> None:
     figure = Figure(figsize=(8.4, 3.7), layout='constrained', facecolor='white')
     left, right = figure.subplots(1, 2)
     _draw(left, (0.0, 0.0, 0.0, 1.0), 'sheet.orientation: [0, 0, 0, 1]\nrows along +y, columns +x')
-    _draw(
-        right, _UPRIGHT, 'sheet.orientation: [-0.7071, 0, 0, 0.7071]\nrows down, columns +x'
-    )
+    _draw(right, _UPRIGHT, 'sheet.orientation: [-0.7071, 0, 0, 0.7071]\nrows down, columns +x')
     left.plot([], [], 'o-', color=_ROW, linewidth=3, label='row 0: pins ["0,:"]')
     left.plot([], [], 's--', color=_COLUMN, linewidth=3, label='column 0: pins [":,0"]')
     figure.legend(loc='outside lower center', ncols=2, fontsize=10, frameon=False)
