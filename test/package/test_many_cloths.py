@@ -12,6 +12,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from distributed import LocalCluster
 from ros import PATIENCE, Process
 
 from cloth_ros import Scene
@@ -46,10 +47,11 @@ def check(path: Path, scene: Path, seconds: float) -> None:
                 np.testing.assert_array_equal(file[name][seed], value)
 
 
-def command(scene: Path, out: Path, seconds: float) -> tuple[str, ...]:
+def command(scene: Path, out: Path, seconds: float, *where: str) -> tuple[str, ...]:
     vary = ('--vary', 'wind.gust.seed', f'0:{SEEDS}')
     times = ('--seconds', str(seconds), '--every', str(seconds / 2))
-    return (*SCRIPT, str(scene), *vary, *times, '--workers', '2', '--out', str(out))
+    workers = where or ('--workers', '2')
+    return (*SCRIPT, str(scene), *vary, *times, *workers, '--out', str(out))
 
 
 def test_every_combination_is_a_run_and_what_cannot_be_run_is_refused(scene, tmp_path):
@@ -74,6 +76,16 @@ def test_every_combination_is_a_run_and_what_cannot_be_run_is_refused(scene, tmp
     assert none.returncode == 2
     assert none.stderr.startswith('many_cloths.py: ')
     assert none.stderr.count('\n') == 1
+
+
+@pytest.mark.slow
+def test_a_cluster_that_runs_already_is_used_by_its_address(scene, tmp_path):
+    out = tmp_path / 'cloths.h5'
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        where = ('--scheduler', cluster.scheduler_address)
+        subprocess.run(command(scene, out, 1.0, *where), check=True, timeout=280)
+        assert len(cluster.scheduler_info['workers']) == 1
+    check(out, scene, 1.0)
 
 
 @pytest.mark.slow
@@ -113,3 +125,21 @@ def test_nothing_is_lost_when_a_worker_is_killed(scene, tmp_path):
     finally:
         process.end()
     check(out, scene, seconds)
+
+
+@pytest.mark.slow
+def test_an_interrupted_file_has_the_runs_that_are_done(scene, tmp_path):
+    out = tmp_path / 'cloths.h5'
+    process = Process(command(scene, out, 60.0), dict(os.environ))
+    try:
+        wait_until(lambda: re.search(rf' [1-9]/{SEEDS} ', process.output), process)
+        assert process.stop(signal.SIGINT) == 130, process.output
+    finally:
+        process.end()
+    with h5py.File(out) as file:
+        done = file['done'][:]
+        assert f'stopped: {done.sum()} of {SEEDS} runs are in {out}' in process.output
+        assert 0 < done.sum() < SEEDS
+        assert np.isfinite(file['positions'][:][done]).all()
+        assert np.isnan(file['energy'][:][~done]).all()
+    assert 'Traceback' not in process.output
