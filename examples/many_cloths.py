@@ -17,10 +17,15 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
-import h5py
 import numpy as np
-from distributed import Client, LocalCluster, as_completed
-from tqdm import tqdm
+
+try:
+    import h5py
+    from distributed import Client, LocalCluster, as_completed
+    from tqdm import tqdm
+except ModuleNotFoundError as error:
+    message = "many_cloths.py: there is no {}; install it: pip install 'cloth_ros[many]'"
+    raise SystemExit(message.format(error.name)) from None
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model import check_scene
