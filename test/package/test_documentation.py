@@ -41,6 +41,16 @@ def test_targets_of_make_in_the_text_exist():
             assert target in targets, page
 
 
+def test_the_help_of_every_command_is_in_the_reference():
+    commands = re.findall(r"'(\w+) = cloth_ros\.", (ROOT / 'setup.py').read_text())
+    commands += [f'examples/{path.name}' for path in (ROOT / 'examples').glob('*.py')]
+    page = (ROOT / 'docs' / 'commands.md').read_text()
+    assert len(commands) >= 7
+    for command in commands:
+        assert f'\n## {command}\n' in page
+        assert f'{command} --help\n' in page
+
+
 @pytest.mark.parametrize('block', SCENES, ids=lambda block: block.name)
 def test_the_scenes_are_valid(block):
     values = yaml.safe_load(block.text)
