@@ -2,6 +2,7 @@
 # make demo       a live node and its view in a browser; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
+# make docs       the documentation as a site that works offline, in build/docs
 # make pictures   render the pictures of the README, into docs/pictures
 # make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
 # make refinement convergence of the grid: docs/validation/refinement.md, a minute
@@ -30,8 +31,8 @@ else
 ROS := wheels
 endif
 
-.PHONY: run demo test test-all pictures study refinement bench reliability random-scenes extremes fuzz \
-    faults soak clean help
+.PHONY: run demo test test-all docs pictures study refinement bench reliability random-scenes extremes \
+    fuzz faults soak clean help
 
 run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
@@ -48,6 +49,10 @@ test: $(VENV)/.ready-test-$(ROS)
 
 test-all: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/python -m pytest $(WORKERS) -m slow $(PYTEST_ARGS)
+
+docs: $(VENV)/.ready-docs-$(ROS)
+	$(VENV)/bin/python -m sphinx --fail-on-warning --keep-going docs build/docs
+	@echo 'open build/docs/index.html'
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
 	$(VENV)/bin/python -m tools.pictures docs/pictures

@@ -5,6 +5,10 @@ from glob import glob
 from setuptools import find_packages, setup
 
 NAME = 'cloth_ros'
+# What `make docs` needs.
+DOCS = ['sphinx', 'myst-parser', 'furo', 'sphinx-copybutton', 'sphinxcontrib-programoutput']
+# What examples/many_cloths.py needs.
+MANY = ['distributed', 'h5py', 'tqdm']
 
 setup(
     name=NAME,
@@ -47,7 +51,13 @@ setup(
             'playwright',
             'colcon-common-extensions',
             'colcon-ros',
+            *DOCS,
+            *MANY,
         ],
+        # What examples/record.py needs.
+        'record': ['rosbags'],
+        'docs': DOCS,
+        'many': MANY,
         'pictures': ['pyvista'],
         # The engines that `make bench` compares with; what cannot be installed is left out there.
         'bench': [

@@ -211,20 +211,20 @@ class Report:
         figure = Figure(figsize=(8.4, 5.0), layout='constrained')
         FigureCanvasAgg(figure)
         axes = figure.add_subplot()
-        for precision, colour in (('single', '#1b6ca8'), ('double', '#c8553d')):
+        for precision, colour in (('single', '#0072b2'), ('double', '#b84a00')):
             for threads, style in ((1, 'o-'), (2, 's--')):
                 entries = self._select('size', precision=precision, threads=threads)
                 if entries:
                     label = f'{precision} precision, {_threads(threads)}'
                     self._line(axes, entries, style, colour, label)
-        for name, colour in (('NumPy', '#6b4e71'), ('Taichi', '#3a7d44')):
+        for name, style, colour in (('NumPy', '^:', '#333333'), ('Taichi', 'v-.', '#117733')):
             entries = [
                 {**entry, 'steps': entry['particle_steps']}
                 for entry in self._select('engine')
                 if entry['engine'].startswith(name)
             ]
             if entries:
-                self._line(axes, entries, '^:', colour, f'{entries[0]["engine"]}, same substeps')
+                self._line(axes, entries, style, colour, f'{entries[0]["engine"]}, same substeps')
         axes.axhline(
             self.limit(),
             color='#888888',

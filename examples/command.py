@@ -8,11 +8,13 @@ Command a running cloth: wind, colliders, pause and reset, from any second proce
 
 import argparse
 import re
+import sys
 import time
 
 import rclpy
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rclpy.node import Node
+from rclpy.utilities import remove_ros_args
 from std_srvs.srv import SetBool, Trigger
 
 _LONGEST = 10.0  # s, until the cloth is discovered
@@ -73,7 +75,11 @@ def call(node: Node, kind: type, name: str, request) -> None:
 
 def main() -> None:
     """Send what the command line says."""
-    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__.strip().splitlines()[0],
+        epilog='example: command.py --from 0 -0.6 1.2 --sphere 0 0.4 1.2 --over 2; for a cloth in '
+        'a namespace: command.py --wind 0 3 0 --ros-args -r __ns:=/lab',
+    )
     # Python 3.11 takes -1e-1 for an option.
     parser._negative_number_matcher = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$')
     xyz = {'nargs': 3, 'type': float, 'metavar': ('X', 'Y', 'Z')}
@@ -100,7 +106,7 @@ def main() -> None:
     parser.add_argument('--pause', action='store_true', help='stop the time of the cloth')
     parser.add_argument('--resume', action='store_true', help='let time pass again')
     parser.add_argument('--reset', action='store_true', help='back to the initial state')
-    options = parser.parse_args()
+    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
     commands = ('wind', 'sphere', 'collider', 'pause', 'resume', 'reset')
     if not any(getattr(options, command) for command in commands):
         parser.error('say what to do: --wind, --sphere, --collider, --pause, --resume or --reset')

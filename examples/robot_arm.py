@@ -10,6 +10,7 @@ The cloth is reset first: the arm then is where the motion begins.
 import argparse
 import math
 import signal
+import sys
 import threading
 import time
 
@@ -17,6 +18,7 @@ import rclpy
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
 SHOULDER = (0.0, -0.55, 0.75)  # m
@@ -83,9 +85,12 @@ def reset(node: Node) -> None:
 
 def main() -> None:
     """Move the arm until Ctrl-C."""
-    parser = argparse.ArgumentParser(description='Move the arm of config/robot_arm.yaml.')
+    parser = argparse.ArgumentParser(
+        description='Move the arm of config/robot_arm.yaml, until Ctrl-C.',
+        epilog='example: robot_arm.py --seconds 16, two sweeps',
+    )
     parser.add_argument('--seconds', type=float, default=math.inf, help='how long (default: ever)')
-    options = parser.parse_args()
+    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
     # A flag, as in watch.py: an exception within rclpy would now and then be reported as an error.
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -1,6 +1,12 @@
-"""Print one line per second about the particles that a running cloth publishes."""
+"""
+Print one line per second about the particles that a running cloth publishes, until Ctrl-C.
 
+    python examples/watch.py
+"""
+
+import argparse
 import signal
+import sys
 import threading
 import time
 
@@ -9,6 +15,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import PointCloud2
 
 
@@ -40,6 +47,11 @@ class Watch(Node):
 
 def main() -> None:
     """Watch until Ctrl-C."""
+    parser = argparse.ArgumentParser(
+        description='Print one line per second about the particles of a cloth, until Ctrl-C.',
+        epilog='example, for a cloth in a namespace: watch.py --ros-args -r __ns:=/lab',
+    )
+    parser.parse_args(remove_ros_args(sys.argv)[1:])
     # The handler only sets a flag: an exception raised within rclpy, or a context that ends during
     # one of its calls, would now and then be reported as an error.
     stopped = threading.Event()

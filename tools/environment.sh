@@ -29,7 +29,7 @@ done
 "$python" -c 'import ensurepip, venv' 2> /dev/null \
     || fail "$python cannot make virtual environments; install its venv package (Debian, Ubuntu: apt install python3-venv)"
 
-extras=tradeoff
+extras=tradeoff,record
 [ "$purpose" = run ] || extras+=,$purpose
 # Tests try the browser view, too.
 [ "$purpose" != test ] || extras+=,viewer

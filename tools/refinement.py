@@ -21,6 +21,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.tradeoff.formatting import table
@@ -32,6 +33,10 @@ NAME = 'make refinement'
 FOLDER = Path('docs/validation')
 # Cells along a side; the number of particles is one more, so that there is one in the centre.
 CELLS = {True: (8, 16, 32), False: (16, 32, 64, 128)}
+
+# Of the curves: told apart with any colour vision.
+_MARKERS = 'osD^vP'
+_COLOURS = ('#0072b2', '#b84a00', '#117733', '#aa4499', '#333333', '#7a6a00')
 
 _RATE = 60.0  # Hz
 # Length of the substeps of all grids, as a share of the stability limit of the finest one.
@@ -293,6 +298,7 @@ def draw(results: Sequence[Convergence], folder: Path) -> None:
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     spacing = _SIZE / np.array(results[0].cells)
+    looks = itertools.cycle(zip(_MARKERS, _COLOURS, strict=True))
     for each in results:
         if each.limit is None:
             continue
@@ -302,19 +308,27 @@ def draw(results: Sequence[Convergence], folder: Path) -> None:
         if shown.any():
             last = next((order for order in reversed(each.orders) if order is not None), None)
             label = f'{each.quantity.name} (order {_format_order(last)})'
-            axes.loglog(spacing[shown], error[shown], 'o-', label=label)
+            marker, colour = next(looks)
+            axes.loglog(
+                spacing[shown], error[shown], f'{marker}-', color=colour, markersize=7, label=label
+            )
     low, high = axes.get_ylim()
     for order in (1, 2):
         guide = high * (spacing / spacing[0]) ** order
-        axes.loglog(spacing, guide, '--', color='#888888', linewidth=1)
-        axes.annotate(f'order {order}', (spacing[-1], guide[-1]), color='#444444', fontsize=9)
+        style = '--' if order == 1 else ':'
+        axes.loglog(spacing, guide, style, color='#666666', label=f'slope of order {order}')
     axes.set_ylim(low, 2 * high)
     axes.set_xlabel('spacing [m]')
     axes.set_ylabel('relative error')
     axes.set_title('Convergence as the grid is refined', fontsize=11)
     axes.grid(True, which='both', color='#e4e4e4', linewidth=0.7)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(fontsize=9)
+    axes.xaxis.set_major_locator(FixedLocator(spacing))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(lambda value, _: f'{value:.3g}')
+    axes.yaxis.set_major_formatter(
+        lambda value, _: np.format_float_positional(value, precision=12, trim='-')
+    )
+    axes.figure.legend(loc='outside lower center', ncols=2, fontsize=9, frameon=False)
     for name in ('png', 'svg'):
         with matplotlib.rc_context({'svg.hashsalt': 'cloth_ros'}):
             metadata = {'Date': None} if name == 'svg' else None

@@ -140,7 +140,7 @@ def index(studies: dict[str, dict[str, Any]]) -> str:
     text = summary(studies).replace(f'({STUDIES}/', '(')
     return f"""# Speed against accuracy
 
-Cost and error of solver settings for the four scenes of `config/`. How to read the tables and
+Cost and error of solver settings for four of the scenes of `config/`. How to read the tables and
 plots: [How to choose](../choosing.md). The same for another scene: `cloth_tradeoff SCENE`.
 
 {text}"""

@@ -14,13 +14,12 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from ..model.forces.springs import SPRING_TYPES
 from ..model.stability import largest_eigenvalue, rate_bounds
 from ..model.time_step import check_time_step, integrator_for, stability_limit, substep_length
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS
+from ..scene.yaml_text import write
 from .overload import RELAXED, Level, Overload, level_of, predicted_load
 
 _BISECTIONS = 14  # to 1 % of any range
@@ -51,13 +50,8 @@ class Remedy(NamedTuple):
     @property
     def text(self) -> str:
         """The changes as lines of a parameter file, in one line."""
-        changes = ', '.join(f'{name}: {_yaml(value)}' for name, value in self.changes.items())
+        changes = ', '.join(f'{name}: {write(value)}' for name, value in self.changes.items())
         return f'{changes} ({self.note})' if self.note else changes
-
-
-def _yaml(value: object) -> str:
-    """Return a value as ROS and YAML read it: a float has a point, and no exponent."""
-    return np.format_float_positional(value, trim='0') if isinstance(value, float) else str(value)
 
 
 def _rounded(value: float, rounding: Callable[[float], int]) -> float:

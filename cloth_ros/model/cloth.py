@@ -28,6 +28,14 @@ class Cloth:
     """
     A cloth, at first in the initial state of its scene.
 
+    >>> cloth = Cloth(Scene(sheet={'rows': 24, 'columns': 24, 'size': (1.0, 1.0)}))  # m
+    >>> cloth.wind = (0.0, 2.0, 0.0)  # m/s
+    >>> cloth.advance(0.5)  # s
+    >>> cloth.positions.shape  # m; rows, columns, and x y z
+    (24, 24, 3)
+
+    Lengths are in m, times in s, masses in kg, energies in J; frames follow REP 103, z upwards.
+
     Parameters
     ----------
     scene
@@ -35,8 +43,7 @@ class Cloth:
     step_control
         Makes the step control of a scene.
     energy_monitor
-        Makes the energy monitor of a scene; None: no batch is ever rejected, as a study of how
-        an integrator fails requires.
+        Makes the energy monitor of a scene; None: no batch is ever rejected.
     observer
         Receives every substep; None: nothing does.
     rollbacks
@@ -87,16 +94,14 @@ class Cloth:
         """
         Simulate the next `seconds`, in equal substeps no longer than `substep`.
 
-        Substeps are divided further in fast motion, see `time_step.substep_division`, and where
-        the energy monitor rejects a batch.
+        Substeps are divided further in fast motion, and where the energy monitor rejects a batch.
 
         Parameters
         ----------
         seconds
             Simulated time, s.
         inputs
-            Wind and collider paths; None: the commands given since the last advance, `inputs`.
-            The wind holds from then on.
+            Wind, which then holds, and paths of colliders; None: the commands given before.
 
         Raises
         ------
@@ -112,9 +117,8 @@ class Cloth:
         """
         Advance as `advance` does, but pause after each batch of substeps.
 
-        The cloth must not be used until the iteration is over or closed: positions and velocities
-        do not belong to one time before.  Closed half-way, the cloth is left at the last accepted
-        batch of substeps.
+        Until the iteration is over or closed, positions and velocities do not belong to one time.
+        Closed half-way, the cloth is left at the last accepted batch.
         """
         if inputs is None:
             inputs = self._inputs
@@ -175,11 +179,7 @@ class Cloth:
         return self._simulation.snapshot(self._inputs)
 
     def restore(self, snapshot: Snapshot) -> None:
-        """
-        Return to a snapshot: the same advance then gives the same bits.
-
-        A snapshot of another scene is converted: its precision, and linearly its grid.
-        """
+        """Return to a snapshot; that of another scene is converted in precision and grid."""
         self._simulation.restore(snapshot)
         paths = snapshot.inputs.collider_paths
         present = {name: paths[name] for name in self.colliders if name in paths}

@@ -239,6 +239,11 @@ class Colliders(ParameterGroup):
         """Return the names, and the parameters of each collider by its name."""
         return {'names': self.names, **{each.name: each for each in self.members}}
 
+    def changed(self) -> dict[str, Any]:
+        """Return the names, and of each collider what differs from the defaults, and its type."""
+        names = super().changed()
+        return names | {each.name: {'type': each.type, **each.changed()} for each in self.members}
+
     @classmethod
     def from_mapping(cls, values: Mapping[str, Any]) -> Any:
         """Build the group from a mapping, nested or with dotted names, or both."""

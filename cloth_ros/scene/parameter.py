@@ -230,6 +230,19 @@ class ParameterGroup:
         names = {field.name for field in cls.fields()}
         return cls(**grouped(values, cls.prefix, names.__contains__))
 
+    def changed(self) -> dict[str, Any]:
+        """Return the parameters that differ from their defaults, nested like the groups."""
+        result: dict[str, Any] = {}
+        for field in self.fields():
+            value, default = getattr(self, field.name), default_of(field)
+            if isinstance(value, ParameterGroup):
+                if inner := value.changed():
+                    result[field.name] = inner
+            elif value != default:
+                # ROS cannot tell the type of an empty list.
+                result[field.name] = [''] if value == () else value
+        return result
+
     def flat(self) -> dict[str, Any]:
         """Return all parameters below this group by their dotted names."""
         result: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""Reading scenes from ROS 2 parameter files."""
+"""Reading scenes from ROS 2 parameter files, and writing them."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from .parameter import (
     invalid_value_error,
     one_line,
 )
+from .yaml_text import write_tree
 
 NODE_NAME = 'cloth'
 # Parameters that every ROS 2 node has; a scene file may set them, the model does not use them.
@@ -140,10 +141,7 @@ def read_limited(path: str | os.PathLike[str]) -> bytes:
         The file cannot be read.
 
     """
-    if not isinstance(path, (str, os.PathLike)):
-        raise invalid_value_error(
-            'the path', path, 'a string or a path', 'give the name of a file'
-        )
+    _check_path(path)
     try:
         mode = os.stat(path).st_mode
     except ValueError:  # NUL in it, or what the file system cannot encode
@@ -158,6 +156,13 @@ def read_limited(path: str | os.PathLike[str]) -> bytes:
     if len(text) > _LARGEST:
         raise ValueError(f'this file has more than {_LARGEST} bytes; a scene has a few hundred')
     return text
+
+
+def _check_path(path: object) -> None:
+    if not isinstance(path, (str, os.PathLike)):
+        raise invalid_value_error(
+            'the path', path, 'a string or a path', 'give the name of a file'
+        )
 
 
 def format_path(path: object) -> str:
@@ -311,3 +316,26 @@ def _merge(into: dict[str, Any], values: Mapping[str, Any]) -> None:
             _merge(into[name], value)
         else:
             into[name] = value
+
+
+def save(path: str | os.PathLike[str], parameters: Mapping[str, Any]) -> None:
+    """
+    Write nested parameters to a file that `read` and ROS read; a file that exists is replaced.
+
+    Raises
+    ------
+    ValueError
+        The path is none, or the file would be larger than `read` accepts.
+    OSError
+        The file cannot be written.
+
+    """
+    _check_path(path)
+    text = write_tree({'/**': {_PARAMETERS: parameters}}).encode()
+    if len(text) > _LARGEST:
+        raise ValueError(
+            f'the scene is a file of {len(text)} bytes, but must be one of at most {_LARGEST}; '
+            'write slices in pins, such as ["0,:"]'
+        )
+    with open(path, 'wb') as file:
+        file.write(text)

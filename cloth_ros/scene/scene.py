@@ -245,7 +245,20 @@ class Markers(ParameterGroup):
 
 @dataclass(frozen=True)
 class Scene(ParameterGroup):
-    """A whole scene.  Nested groups may be given as mappings: ``Scene(sheet={'rows': 8})``."""
+    """
+    A whole scene: the parameters of a cloth, of its air and of the colliders.
+
+    >>> scene = Scene(sheet={'rows': 24, 'columns': 36, 'size': (1.5, 1.0)}, pins=['0,:'])  # m
+    >>> scene = scene.with_parameters({'springs.bending': 5.0})  # N/m
+    >>> scene.to_yaml('scene.yaml')
+    >>> Scene.from_yaml('scene.yaml') == scene
+    True
+
+    Groups may be given as mappings or as objects, such as `Sheet`.  Units are SI: m, s, kg, N/m;
+    docs/parameters.md lists default, unit and range of each.  A value that is not valid raises a
+    ValueError with the value, the allowed range and a remedy.
+
+    """
 
     frame_id: str = parameter('world', 'frame of all published positions', fixed=True)
     rate: float = parameter(60.0, 'ticks per second', unit='Hz', low=1.0, high=1000.0)
@@ -281,6 +294,23 @@ class Scene(ParameterGroup):
             return cls.from_parameters(parameter_file.read(path))
         except ValueError as error:
             raise ValueError(f'{parameter_file.format_path(path)}: {error}') from None
+
+    def to_yaml(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write the scene to a ROS parameter file, from which `from_yaml` returns an equal one.
+
+        The file has the parameters that differ from the defaults, and `rate`.  One that exists
+        is replaced.
+
+        Raises
+        ------
+        ValueError
+            The path is none, or the scene has more pins than a file may.
+        OSError
+            The file cannot be written.
+
+        """
+        parameter_file.save(path, {'rate': self.rate, **self.changed()})
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> Scene:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from typing import Any
 
 NUMBER = re.compile(r'[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?')
 _WORDS = {
@@ -68,6 +70,19 @@ def write(value: object) -> str:
         return str(value)
     if isinstance(value, float):
         if math.isfinite(value):
-            return repr(float(value))  # of a NumPy number too
+            text = repr(float(value))  # of a NumPy number too
+            # Without a point, PyYAML and so `ros2 param` read 1e-05 as a string.
+            return text if '.' in text else text.replace('e', '.0e')
         return '.nan' if math.isnan(value) else '.inf' if value > 0 else '-.inf'
     return _quoted(str(value))
+
+
+def write_tree(values: Mapping[str, Any], indent: int = 0) -> str:
+    """Return nested mappings of values as YAML, one value a line; inner ones are not empty."""
+    lines = []
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            lines.append(f'{" " * indent}{name}:\n{write_tree(value, indent + 2)}')
+        else:
+            lines.append(f'{" " * indent}{name}: {write(value)}\n')
+    return ''.join(lines)

@@ -42,7 +42,8 @@ def _parser() -> argparse.ArgumentParser:
         prog='cloth_tradeoff',
         description='Measure the cost and the error of solver settings on this machine: a plot, '
         'tables, JSON and a recommendation for each scene.',
-        epilog='Interrupted, it continues where it stopped when it is started again.',
+        epilog='example: cloth_tradeoff config/hanging.yaml --quick.  Interrupted, it continues '
+        'where it stopped when it is started again.',
     )
     parser.add_argument('scenes', metavar='SCENE', nargs='+', help='scene file (YAML)')
     parser.add_argument(

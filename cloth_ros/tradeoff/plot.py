@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import matplotlib
-from matplotlib.ticker import LogLocator, NullLocator
+import numpy as np
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, NullFormatter, NullLocator
+from matplotlib.transforms import Bbox
 
 from . import recommendation
 
-_COLOURS = {'position_verlet': '#1b6ca8', 'auto': '#3a7d44'}
+# Colours that people with any colour vision tell apart; marks differ in shape, too.
+_COLOURS = {'position_verlet': '#0072b2', 'auto': '#b84a00'}
 _OTHER = '#6b4e71'
-_NAMES = {'auto': 'substeps chosen by the solver, labelled with the tolerance in mm'}
+_REFUSED = 0.4  # opacity
+# Where a label may lie beside its mark, in points, in the order of preference.
+_SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (0, 1), (0, -1))
+_PLACES = [(distance * x, distance * y) for distance in (10, 16, 24) for x, y in _SIDES]
+_CLEARANCE = 6  # points, around marks
+_NAMES = {'auto': 'substeps of the solver; beside it: tolerance [mm]'}
 
 
 def draw(result: dict[str, Any], folder: Path) -> None:
@@ -55,7 +65,7 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
             color=colour,
             markerfacecolor=colour if single else 'white',
             elinewidth=1,
-            alpha=0.4 if entry['refused'] else 1.0,
+            alpha=_REFUSED if entry['refused'] else 1.0,
             zorder=3,
         )
     best = recommendation.frontier(recommendation.candidates(result))
@@ -66,17 +76,24 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
         linewidth=5,
         alpha=0.35,
         zorder=1,
-        label='frontier: no other setting is both cheaper and more accurate',
+        label='frontier: no other is cheaper and more accurate',
     )
     axes.set_xscale('log')
     axes.set_yscale('log')
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter('{x:g}')
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter('{x:g}')
-    _mark_tolerances(axes, known)
+    low, high = axes.get_ylim()
+    if high < 100 * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter(
+        lambda value, _: np.format_float_positional(value, precision=12, trim='-')
+    )
+    axes.yaxis.set_minor_formatter(NullFormatter())
     _mark_unstable(axes, result)
     _explain(axes, result)
+    axes.figure.draw_without_rendering()  # the places of the marks are known now
+    _mark_tolerances(axes, known)
 
 
 def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
@@ -86,17 +103,41 @@ def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
         if entry['setting']['method'] == 'auto' and not entry['setting']['substeps']:
             key = (entry['setting']['precision'], recommendation.error(entry))
             stars.setdefault(key, []).append(entry)
+    occupied = [box for entry in known for box in _boxes(axes, entry)]
     for (_, error), entries in stars.items():
         tolerances = sorted({1e3 * entry['setting']['tolerance'] for entry in entries})
-        axes.annotate(
+        last = max(entries, key=recommendation.cost)
+        label = axes.annotate(
             ', '.join(f'{tolerance:g}' for tolerance in tolerances),
-            (max(recommendation.cost(entry) for entry in entries), 1e3 * error),
-            xytext=(6, 6),
+            (last['wall']['median'], 1e3 * error),
+            xytext=_PLACES[0],
             textcoords='offset points',
+            ha='center',
+            va='center',
             color=_COLOURS['auto'],
             fontsize=8,
+            path_effects=[withStroke(linewidth=2, foreground='white')],
             zorder=4,
         )
+        for place in _PLACES:
+            label.set_position(place)
+            box = label.get_window_extent()
+            if box.count_overlaps(occupied) == 0 and axes.bbox.containsx(box.x1):
+                break
+        occupied.append(label.get_window_extent())
+
+
+def _boxes(axes: Any, entry: dict[str, Any]) -> Iterator[Bbox]:
+    """Yield the areas that the mark and the range of a setting take, in pixels."""
+    margin = _CLEARANCE * axes.figure.dpi / 72
+    error, wall = 1e3 * recommendation.error(entry), entry['wall']
+    for first, last, half in (
+        (wall['median'], wall['median'], margin),
+        (wall['least'], wall['greatest'], margin / 4),
+    ):
+        left, y = axes.transData.transform((first, error))
+        right, _ = axes.transData.transform((last, error))
+        yield Bbox([[left - half, y - half], [right + half, y + half]])
 
 
 def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
@@ -113,39 +154,21 @@ def _mark_unstable(axes: Any, result: dict[str, Any]) -> None:
         method = entry['setting']['method']
         colour, level = _COLOURS.get(method, _OTHER), levels[method]
         axes.plot(entry['nominal cost'], level, 'x', color=colour, markersize=8, mew=2.2)
-    axes.axhline(high, color='#bbbbbb', linewidth=0.8, linestyle=':')
+    axes.axhline(high, color='#777777', linewidth=0.8, linestyle=':')
     axes.set_ylim(low, max(levels.values()) * (high / low) ** 0.05)
 
 
 def _explain(axes: Any, result: dict[str, Any]) -> None:
     sheet = result['parameters']
     reference, scenario = result['reference'], result['course']
-    for share, text in (
-        (1.0, 'real time'),
-        (recommendation.SHARE, f'{recommendation.SHARE:g} of real time'),
-    ):
-        axes.axvline(share, color='#444444', linewidth=share, linestyle='--')
-        axes.annotate(
-            text,
-            (share, 0.01),
-            xycoords=('data', 'axes fraction'),
-            rotation=90,
-            ha='right',
-            va='bottom',
-            fontsize=9,
-            color='#444444',
-        )
+    lines = {'color': '#444444', 'linewidth': 1}
+    axes.axvline(1.0, linestyle='--', label='real time', **lines)
+    share = recommendation.SHARE
+    axes.axvline(share, linestyle='-.', label=f'{share:g} of real time', **lines)
     low, high = axes.get_ylim()
     if low < 1e3 * recommendation.ACCURACY < high:
-        axes.axhline(1e3 * recommendation.ACCURACY, color='#444444', linewidth=1, linestyle='--')
-        axes.annotate(
-            f'{1e3 * recommendation.ACCURACY:g} mm',
-            (0.005, 1e3 * recommendation.ACCURACY),
-            xycoords=('axes fraction', 'data'),
-            va='bottom',
-            fontsize=9,
-            color='#444444',
-        )
+        accuracy = f'{1e3 * recommendation.ACCURACY:g} mm'
+        axes.axhline(1e3 * recommendation.ACCURACY, linestyle=(0, (8, 3)), label=accuracy, **lines)
     for method in dict.fromkeys(entry['setting']['method'] for entry in result['settings']):
         axes.plot(
             [],
@@ -155,10 +178,19 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
             markersize=11 if method == 'auto' else 7,
             label=_NAMES.get(method, method.replace('_', ' ')),
         )
-    axes.plot([], [], 'o', color='#444444', markersize=7, label='single precision')
-    axes.plot([], [], 'o', color='#444444', markerfacecolor='white', markersize=7, label='double')
+    for colour, precision in (('#444444', 'single'), ('white', 'double')):
+        axes.plot(
+            [], [], 'o', color='#444444', markerfacecolor=colour, markersize=7,
+            label=f'{precision} precision',
+        )  # fmt: skip
     if any(entry['unstable'] for entry in result['settings']):
         axes.plot([], [], 'x', color='#444444', markersize=8, mew=2.2, label='blew up')
+        axes.plot([], [], ':', color='#777777', linewidth=0.8, label='above: no error is known')
+    if any(entry['refused'] for entry in result['settings'] if entry['error'] is not None):
+        axes.plot(
+            [], [], 'o', color='#444444', alpha=_REFUSED, markersize=7, label='refused by the node'
+        )
+    axes.plot([], [], '-', color='#444444', linewidth=1, label='range of the runs')
     axes.set_xlabel('cost: wall-clock seconds per simulated second (median and range)')
     axes.set_ylabel('largest position error [mm]')
     begins = f' after {scenario["begins at"]:g} s' if scenario['begins at'] else ''
@@ -170,4 +202,4 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
     )
     axes.grid(True, which='major', color='#e4e4e4', linewidth=0.7)
     axes.set_axisbelow(True)
-    axes.figure.legend(loc='outside lower center', ncols=3, fontsize=9, frameon=False)
+    axes.figure.legend(loc='outside lower center', ncols=3, fontsize=8.5, frameon=False)

@@ -54,7 +54,7 @@ def explain(*, wall, cpu, usual=0.3, division=1.0, requested=SCENE, simulated=SC
         ),
         (
             {'wall': 1.0, 'cpu': 1.0, 'division': 6.5},
-            ['fast motion divides substeps by 6.5: ', 'solver.overload: coarsen'],
+            ['fast motion divides substeps by 6.5: ', 'solver.overload: "coarsen"'],
         ),
         (
             {'wall': 1.0, 'cpu': 1.0, 'division': 2.0},

@@ -103,6 +103,9 @@ def test_a_scene_reached_by_live_changes_is_saved_and_started_again(drawn, path)
     path.write_text(dumped(values))
     assert Scene.from_yaml(path) == scene
     assert start('--params-file', str(path)) == scene
+    scene.to_yaml(path)
+    assert Scene.from_yaml(path) == scene
+    assert start('--params-file', str(path)) == scene
 
 
 @examples(0.3)
@@ -115,6 +118,8 @@ def test_colliders_are_saved_and_started_again(values, path):
         assert declare_scene(node)[0] == scene
         names = {name for name in flat if name.startswith('collider.')}
         assert names == {name for name in node.get_parameters_by_prefix('') if 'collider' in name}
+    scene.to_yaml(path)
+    assert start('--params-file', str(path)) == scene
     rules = [word for name, value in values.items() for word in ('-p', f'{name}:={write(value)}')]
     assert start(*rules) == scene
 

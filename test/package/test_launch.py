@@ -1,12 +1,13 @@
 """The launch file: what it refuses before it starts anything, and what it starts."""
 
+import os
 import re
 import sys
 
 import pytest
 from ros import ROOT
 
-from cloth_ros.node.launch_checks import check_launch
+from cloth_ros.node.launch_checks import check_launch, recorded_topics
 
 SCENE = str(ROOT / 'config' / 'hanging.yaml')
 NO_SCENE = "scene is 'no.yaml', but must be the path of a file; correct the path"
@@ -36,7 +37,7 @@ def install(prefix, package: str, executable: str, script: str) -> None:
 
 
 def test_a_scene_that_is_no_file_is_refused(tmp_path):
-    check_launch(SCENE, rviz=False)
+    check_launch(SCENE)
     for scene, text in (
         ('no.yaml', NO_SCENE),
         ('', "scene is '', but must be the path of a file"),
@@ -44,19 +45,47 @@ def test_a_scene_that_is_no_file_is_refused(tmp_path):
         (f'{SCENE}/x', 'Not a directory; give a file'),
     ):
         with pytest.raises(ValueError, match=re.escape(text)) as refusal:
-            check_launch(scene, rviz=False)
+            check_launch(scene)
         assert str(refusal.value).isprintable()
 
 
-def test_rviz_that_is_not_installed_is_refused(prefix, monkeypatch):
+@pytest.mark.parametrize(
+    ('wanted', 'installed', 'remedy'),
+    [
+        ('viewer', ('cloth_ros', 'cloth_viewer'), "pip install 'cloth_ros[viewer]'"),
+        ('rviz', ('rviz2', 'rviz2'), 'apt install ros-jazzy-rviz2'),
+        ('record', ('ros2bag', 'unused'), 'apt install ros-jazzy-rosbag2'),
+    ],
+)
+def test_what_is_not_installed_is_refused(wanted, installed, remedy, prefix, monkeypatch):
+    on_path = prefix / 'bin' / 'ros2'
+    monkeypatch.setenv('PATH', str(on_path.parent))
     for path in (str(prefix), ''):
         monkeypatch.setenv('AMENT_PREFIX_PATH', path)
-        check_launch(SCENE, rviz=False)
-        with pytest.raises(ValueError, match=re.escape(NO_RVIZ)):
-            check_launch(SCENE, rviz=True)
+        check_launch(SCENE)
+        text = rf'{wanted} is True, but must be false .*; install it \({re.escape(remedy)}\)'
+        with pytest.raises(ValueError, match=text):
+            check_launch(SCENE, [wanted])
     monkeypatch.setenv('AMENT_PREFIX_PATH', str(prefix))
-    install(prefix, 'rviz2', 'rviz2', 'exit')
-    check_launch(SCENE, rviz=True)
+    install(prefix, *installed, 'exit')
+    on_path.parent.mkdir()
+    on_path.touch(0o755)
+    check_launch(SCENE, [wanted])
+
+
+def test_the_recording_has_a_folder_of_its_own_and_every_command(prefix, tmp_path, monkeypatch):
+    install(prefix, 'ros2bag', 'unused', 'exit')
+    install(prefix, 'ros2', 'ros2', 'exit')
+    monkeypatch.setenv('PATH', str(prefix / 'lib' / 'ros2'))
+    check_launch(SCENE, ['record'], str(tmp_path / 'new'))
+    check_launch(SCENE, [], str(tmp_path))
+    with pytest.raises(ValueError, match='but must be a folder that does not exist yet'):
+        check_launch(SCENE, ['record'], str(tmp_path))
+    topics = ['/diagnostics', '/cloth/particles', '/wind', '/sphere_pose', '/box/pose']
+    box = str(ROOT / 'config' / 'box.yaml')
+    assert recorded_topics(box, '') == recorded_topics(box, '/') == topics
+    within = ['/diagnostics', *(f'/lab{topic}' for topic in topics[1:])]
+    assert recorded_topics(box, 'lab') == recorded_topics(box, '/lab') == within
 
 
 LAUNCH = """
@@ -79,22 +108,28 @@ sys.exit(service.run())
         (('scene:=no.yaml',), NO_SCENE),
         ((f'scene:={SCENE}', 'rviz:=true'), NO_RVIZ),
         ((f'scene:={SCENE}',), ''),
-        ((f'scene:={SCENE}', 'rviz:=true', 'installed'), ''),
+        ((f'scene:={SCENE}', 'record:=true'), 'install it (apt install ros-jazzy-rosbag2)'),
+        ((f'scene:={SCENE}', 'rviz:=true', 'viewer:=true', 'record:=true', 'bag:=b'), ''),
     ],
 )
-def test_the_launch_file_starts_all_or_nothing(prefix, start, arguments, text):
+def test_the_launch_file_starts_all_or_nothing(arguments, text, prefix, start, monkeypatch):
     """With the real launch, and scripts in place of the programs that it starts."""
     pytest.importorskip('launch_ros', reason='launch is not installed')
     install(prefix, 'cloth_ros', 'cloth_node', 'echo started a cloth: "$@"')
-    if arguments[-1] == 'installed':
+    if not text:
+        install(prefix, 'cloth_ros', 'cloth_viewer', 'exit')
         install(prefix, 'rviz2', 'rviz2', 'exit')
-        arguments = arguments[:-1]
+        install(prefix, 'ros2bag', 'unused', 'exit')
+        install(prefix, 'ros2', 'ros2', 'echo recorded: "$@"')
+        monkeypatch.setenv('PATH', f'{prefix}/lib/ros2:{os.environ["PATH"]}')
     launch = start(sys.executable, '-c', LAUNCH, *arguments)
     assert launch.stop(0) == bool(text), launch.output
     errors = [line for line in launch.output.splitlines() if '[ERROR]' in line]
     assert len(errors) == bool(text)
     assert all(text in line for line in errors)
     started = re.findall(r'\[(\w+)-\d\]: process started', launch.output)
-    expected = ['cloth_node', *(['rviz2'] if 'rviz:=true' in arguments else [])]
+    expected = ['cloth_node', *(['cloth_viewer', 'rviz2', 'record'] if len(arguments) > 2 else [])]
     assert started == ([] if text else expected)
     assert text or f'--params-file {SCENE}' in launch.output
+    recorded = 'recorded: bag record --output b /diagnostics /cloth/particles /wind /sphere_pose'
+    assert (recorded in launch.output) == ('record' in started)

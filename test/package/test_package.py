@@ -1,6 +1,7 @@
 """The repository as a whole: documentation, versions, dependencies, size of files."""
 
 import ast
+import doctest
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from pathlib import Path
 import pytest
 from builders import ROOT, run_python
 
+from cloth_ros import Cloth, Scene
+from tools.launch_table import launch_table
 from tools.parameter_table import parameter_table
 
 CODE = ROOT / 'cloth_ros'
@@ -35,6 +38,10 @@ def test_table_of_parameters_is_that_of_the_scene():
     assert parameter_table() in (ROOT / 'docs' / 'parameters.md').read_text()
 
 
+def test_table_of_launch_arguments_is_that_of_the_launch_file():
+    assert launch_table() in (ROOT / 'docs' / 'commands.md').read_text()
+
+
 def anchors(page: Path) -> set[str]:
     """Return the anchors of the headings of a page, as GitHub makes them."""
     headings = re.findall(r'^#+ (.*)$', page.read_text(), re.MULTILINE)
@@ -56,6 +63,17 @@ def test_python_example_of_the_readme_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     (example,) = re.findall(r'```python\n(.*?)```', (ROOT / 'README.md').read_text(), re.DOTALL)
     exec(compile(example, 'README.md', 'exec'), {})
+
+
+@pytest.mark.parametrize('public', [Cloth, Scene])
+def test_the_help_begins_with_an_example_that_runs(public, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    example = doctest.DocTestParser().get_doctest(
+        public.__doc__, {'Cloth': Cloth, 'Scene': Scene}, '', None, None
+    )
+    assert len(example.examples) >= 4
+    assert public.__doc__.split('\n\n')[1].strip().startswith('>>> ')
+    assert doctest.DocTestRunner().run(example).failed == 0
 
 
 def test_layout_lists_every_module():

@@ -167,6 +167,8 @@ def test_colliders_are_saved_and_read_again(values, tmp_path_factory):
     plain = {name: list(v) if isinstance(v, tuple) else v for name, v in flat.items()}
     path.write_text(dumped(plain))
     assert Scene.from_yaml(path) == scene
+    scene.to_yaml(path)
+    assert Scene.from_yaml(path) == scene
     for name in flat:
         assert declaration(name) is not None
     for each in scene.colliders:

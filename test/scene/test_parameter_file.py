@@ -4,6 +4,7 @@ import os
 import re
 
 import pytest
+import yaml
 
 from cloth_ros import Scene
 
@@ -44,6 +45,33 @@ def test_a_file_may_name_the_node_and_set_parameters_of_every_node(tmp_path):
     )
     scene = Scene.from_yaml(path)
     assert (scene.rate, scene.drag, scene.sheet.rows, scene.sheet.columns) == (30.0, 1.0, 4, 6)
+
+
+def test_a_saved_scene_has_what_differs_from_the_defaults(tmp_path):
+    path = tmp_path / 'scene.yaml'
+    box = {'type': 'box', 'size': (1, 1, 0.1)}
+    scene = Scene(pins=(), solver={'tolerance': 1e-5}, collider={'names': ['floor'], 'floor': box})
+    scene.to_yaml(path)
+    # As PyYAML reads it, and so `ros2 param load`.
+    assert yaml.safe_load(path.read_text())['/**']['ros__parameters'] == {
+        'rate': 60.0,
+        'pins': [''],
+        'solver': {'tolerance': 1e-5},
+        'collider': {'names': ['floor'], 'floor': {'type': 'box', 'size': [1.0, 1.0, 0.1]}},
+    }
+    assert Scene.from_yaml(path) == scene
+
+
+def test_a_scene_that_cannot_be_saved_is_refused_and_leaves_no_file(tmp_path):
+    path = tmp_path / 'scene.yaml'
+    many = Scene(pins=[f'0,{"0" * 60}{i % 1000}' for i in range(4096)], sheet={'columns': 1000})
+    with pytest.raises(ValueError, match='at most 200000; write slices'):
+        many.to_yaml(path)
+    with pytest.raises(ValueError, match='the path is 3, but must be a string or a path'):
+        many.to_yaml(3)
+    with pytest.raises(FileNotFoundError):
+        Scene().to_yaml(tmp_path / 'no' / 'scene.yaml')
+    assert not path.exists()
 
 
 RATE = '{ros__parameters: {rate: 9}}'

@@ -1,0 +1,93 @@
+"""
+Record a running cloth to a bag (MCAP) until Ctrl-C, where `ros2 bag record` is not installed.
+
+    python examples/record.py my_bag --seconds 10
+
+`ros2 bag play` and Foxglove read the bag, and the Python library rosbags, which writes it here.
+"""
+
+import argparse
+import functools
+import math
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import PointCloud2
+
+TOPICS = {
+    'cloth/particles': PointCloud2,
+    'wind': Vector3Stamped,
+    'sphere_pose': PoseStamped,
+    '/diagnostics': DiagnosticArray,
+}
+
+
+class Recorder(Node):
+    """Write the messages of some topics to a bag, as they come."""
+
+    def __init__(self, bag: Writer, topics: dict[str, type]) -> None:
+        super().__init__('cloth_record')
+        self.count = 0
+        self._bag = bag
+        types = get_typestore(Stores.ROS2_JAZZY)
+        for topic, kind in topics.items():
+            package, name = kind.__module__.split('.')[0], kind.__name__
+            connection = bag.add_connection(
+                self.resolve_topic_name(topic), f'{package}/msg/{name}', typestore=types
+            )
+            write = functools.partial(self._write, connection)
+            self.create_subscription(kind, topic, write, 100, raw=True)
+
+    def _write(self, connection: object, message: bytes) -> None:
+        self._bag.write(connection, time.time_ns(), message)
+        self.count += 1
+
+
+def main() -> None:
+    """Record until Ctrl-C, or for some seconds from the first message on."""
+    parser = argparse.ArgumentParser(
+        description='Record a running cloth to a bag, until Ctrl-C.',
+        epilog='example: record.py my_bag --seconds 10 --poses box table',
+    )
+    parser.add_argument('bag', type=Path, help='folder to make')
+    parser.add_argument('--seconds', type=float, default=math.inf, help='how long (default: ever)')
+    parser.add_argument(
+        '--poses', nargs='+', default=[], metavar='NAME', help='colliders whose commands to record'
+    )
+    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    if options.bag.exists():
+        parser.error(f'{options.bag} exists already; give the name of a new folder')
+    topics = TOPICS | {f'{name}/pose': PoseStamped for name in options.poses}
+    # A flag, as in watch.py: an exception within rclpy would now and then be reported as an error.
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    with Writer(options.bag, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        recorder = Recorder(bag, topics)
+        executor = SingleThreadedExecutor()
+        executor.add_node(recorder)
+        print(f'waiting for {recorder.resolve_topic_name("cloth/particles")}')
+        end = math.inf
+        while not stopped.is_set() and time.monotonic() < end:
+            executor.spin_once(timeout_sec=0.25)
+            if recorder.count and end == math.inf:
+                end = time.monotonic() + options.seconds
+    print(f'{recorder.count} messages in {options.bag}')
+    rclpy.shutdown()
+
+
+if __name__ == '__main__':
+    main()
