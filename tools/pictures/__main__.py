@@ -13,6 +13,7 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+import pyvista
 from PIL import Image
 
 from cloth_ros import Scene
@@ -22,7 +23,7 @@ from .capture import capture
 from .moments import ANIMATION, CONFIG, MOTIONS, Animation, of_scene
 from .studio import Studio
 
-_WINDOW, _SUNS, _SKIES = (900, 720), 24, 40
+_WINDOW, _SUNS, _SKIES = (900, 720), 24, 36
 _SMALL_WINDOW, _FEW_SUNS, _FEW_SKIES = (640, 480), 8, 16
 _FRAMES_PER_SECOND = 12
 _QUALITY = 72  # of the animation, WebP
@@ -80,6 +81,7 @@ def main() -> None:
     parser.add_argument('scenes', nargs='*', type=Path, help='default: all, and the animation')
     parser.add_argument('--out', type=Path, default=Path('docs/pictures'), help='folder')
     arguments = parser.parse_args()
+    pyvista.vtk_verbosity('off')  # it reports that there is no display
     arguments.out.mkdir(parents=True, exist_ok=True)
     for path in arguments.scenes or sorted(CONFIG.glob('*.yaml')):
         render_scene(path, arguments.out)

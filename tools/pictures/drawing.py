@@ -12,12 +12,12 @@ from visualization_msgs.msg import Marker
 from cloth_ros.scene.quaternion import rotation_matrix
 
 from .capture import Frame
-from .light import GROUND_ALBEDO, linear
+from .light import linear
 
 Array = NDArray[np.float64]
 
 # Colours that stay apart for the colour-blind (Okabe and Ito), in sRGB.
-_FRONT, _BACK = '#d55e00', '#f5d9a8'
+_FRONT, _BACK = '#e8702a', '#f7e3bd'
 _COLLIDER, _PIN = '#0072b2', '#202428'
 _DARK, _LIGHT = '#2b2f33', '#ffffff'
 
@@ -27,7 +27,9 @@ _TEXELS = 1024
 # the cloth would intersect round ones of full size, and lie in the faces of flat ones.
 _SMALLER, _GAP = 0.988, 0.002
 _FINE = 96  # segments of a circle
-_BAR_PARTS = 5
+_BAR_PARTS, _TEXT = 5, 0.13  # height of the text / length of the bar
+_LAYER = 0.001  # m, between what is drawn on the ground
+_LINES, _LINE_SHADE = 0.5, 0.72  # m between lines of the ground, and their linear intensity
 
 
 def _weave(size: Sequence[float]) -> pyvista.Texture:
@@ -37,7 +39,7 @@ def _weave(size: Sequence[float]) -> pyvista.Texture:
         along = (np.arange(_TEXELS) + 0.5) / _TEXELS * length
         checks = max(round(length / _CHECK), 4)
         phase = along / length * checks % 1
-        stripe = np.where(phase < 0.5, 0.72, 1.0)
+        stripe = np.where(phase < 0.5, 0.82, 1.0)
         shade *= stripe[:, None] if axis == 0 else stripe[None, :]
     texture = pyvista.Texture(np.repeat((255 * shade)[..., None], 3, axis=2).astype(np.uint8))
     texture.mipmap = texture.interpolate = True
@@ -109,9 +111,9 @@ def extent(frame: Frame, planes: Sequence[str]) -> Array:
 
 def add_frame(
     plotter: pyvista.Plotter, frame: Frame, size: Sequence[float], planes: Sequence[str]
-) -> None:
+) -> list[pyvista.PolyData]:
     """
-    Draw cloth, pins and colliders.
+    Draw cloth, pins and colliders, and return their surfaces.
 
     Parameters
     ----------
@@ -125,8 +127,9 @@ def add_frame(
         Colliders that the ground stands for.
 
     """
+    cloth = cloth_mesh(frame.positions)
     plotter.add_mesh(
-        cloth_mesh(frame.positions),
+        cloth,
         color=linear(_FRONT),
         backface_params={'color': linear(_BACK)},
         texture=_weave(size),
@@ -134,24 +137,38 @@ def add_frame(
         ambient=0,
         specular=0,
     )
+    meshes = [cloth]
     for marker in frame.markers:
         if marker.type == Marker.SPHERE_LIST:
-            plotter.add_mesh(_pins(marker), color=linear(_PIN), ambient=0, smooth_shading=True)
-        elif marker.ns not in planes and (mesh := collider_mesh(marker)) is not None:
-            look = {'smooth_shading': True, 'split_sharp_edges': True, 'ambient': 0}
-            plotter.add_mesh(mesh, color=linear(_COLLIDER), specular=0.15, specular_power=20, **look)
+            mesh, colour = _pins(marker), _PIN
+        elif marker.ns not in planes and (shape := collider_mesh(marker)) is not None:
+            mesh, colour = shape, _COLLIDER
+        else:
+            continue
+        look = {'smooth_shading': True, 'split_sharp_edges': True, 'ambient': 0}
+        plotter.add_mesh(mesh, color=linear(colour), specular=0.12, specular_power=16, **look)
+        meshes.append(mesh)
+    return meshes
 
 
-def add_ground(plotter: pyvista.Plotter, centre: Sequence[float], radius: float) -> pyvista.Actor:
-    """Draw a round ground whose colour is that of the background at its edge."""
-    disc = pyvista.Disc(center=centre, inner=0, outer=radius, r_res=1, c_res=128)
-    colour = (GROUND_ALBEDO,) * 3
-    return plotter.add_mesh(disc, color=colour, ambient=0, specular=0, name='ground')
+def add_ground_lines(plotter: pyvista.Plotter, centre: Array, radius: float) -> None:
+    """Draw lines of a square grid on the ground that fade out at a radius, m."""
+    steps = np.arange(-np.ceil(radius / _LINES), np.ceil(radius / _LINES) + 1) * _LINES
+    along = np.linspace(-radius, radius, 60)
+    origin = np.round(centre / _LINES) * _LINES
+    for step in steps:
+        for across in (0, 1):
+            points = np.tile((origin[0], origin[1], centre[2]), (len(along), 1))
+            points[:, across] += step
+            points[:, 1 - across] += along
+            line = pyvista.lines_from_points(points)
+            away = np.linalg.norm(points - centre, axis=1) / radius
+            shade = 1 - (1 - _LINE_SHADE) * np.clip(1 - away, 0, 1)
+            line['shade'] = np.repeat(np.round(255 * shade)[:, None], 3, axis=1).astype(np.uint8)
+            plotter.add_mesh(line, scalars='shade', rgb=True, lighting=False, line_width=1)
 
 
-def add_scale_bar(
-    plotter: pyvista.Plotter, centre: Array, along: Array, length: float
-) -> list[pyvista.Actor]:
+def add_scale_bar(plotter: pyvista.Plotter, centre: Array, along: Array, length: float) -> None:
     """
     Draw a bar on the ground, in five parts, and its length.
 
@@ -167,21 +184,20 @@ def add_scale_bar(
         Of the bar, m.
 
     """
-    height, width = 0.004, 0.05 * length
+    width, rim = 0.07 * length, 0.012 * length
     turn = np.degrees(np.arctan2(along[1], along[0]))
-    actors = []
-    for part in range(_BAR_PARTS):
-        box = pyvista.Cube(
-            center=((part + 0.5) / _BAR_PARTS * length - length / 2, 0, height / 2),
-            x_length=length / _BAR_PARTS,
-            y_length=width,
-            z_length=height,
-        )
-        colour = linear(_DARK if part % 2 == 0 else _LIGHT)
-        mesh = box.rotate_z(turn, inplace=False).translate(centre, inplace=False)
-        actors.append(plotter.add_mesh(mesh, color=colour, ambient=0))
-    text = pyvista.Text3D(f'{length:g} m', height=0.16 * length, depth=0.002)
-    text.points -= np.array([text.center[0], text.bounds[3] + 1.2 * width, text.bounds[4]])
-    text = text.rotate_z(turn, inplace=False).translate(centre, inplace=False)
-    actors.append(plotter.add_mesh(text, color=linear(_DARK), ambient=0))
-    return actors
+
+    def add(mesh: pyvista.PolyData, colour: str) -> None:
+        placed = mesh.rotate_z(turn, inplace=False).translate(centre, inplace=False)
+        plotter.add_mesh(placed, color=linear(colour), lighting=False)
+
+    def rectangle(x: float, layer: int, edge_x: float, edge_y: float) -> pyvista.PolyData:
+        return pyvista.Plane(center=(x, 0, layer * _LAYER), i_size=edge_x, j_size=edge_y)
+
+    add(rectangle(0, 1, length + 2 * rim, width + 2 * rim), _DARK)
+    for part in range(1, _BAR_PARTS, 2):
+        x = (part + 0.5) / _BAR_PARTS * length - length / 2
+        add(rectangle(x, 2, length / _BAR_PARTS, width), _LIGHT)
+    text = pyvista.Text3D(f'{length:g} m', height=_TEXT * length, depth=0)
+    text.points -= np.array([text.center[0], text.bounds[3] + 1.2 * width, -_LAYER])
+    add(text, _DARK)

@@ -1,25 +1,38 @@
 """
 Soft light: the mean of many images, each with the shadows of one distant light.
 
-The lights sample a sun of some width and the sky.  Objects reflect diffusely, so the sum is the light
-that each point receives from what it sees of both, in linear intensities.  A shadowless light
-stands for what the ground reflects.
+The lights sample a sun of some width, the sky, and what the ground reflects from below.  Surfaces
+reflect diffusely and intensities are linear, so the mean is the light that each point receives.
+Objects get their shadows on each other from VTK's shadow maps.  Those on the ground are the
+objects themselves, projected along the light: exact, and the ground has no edge.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import pyvista
 from matplotlib.colors import to_rgb
 from numpy.typing import NDArray
+from vtkmodules.vtkRenderingOpenGL2 import (
+    vtkCameraPass,
+    vtkRenderPassCollection,
+    vtkSequencePass,
+    vtkShadowMapPass,
+)
 
 Array = NDArray[np.float64]
 
-GROUND_ALBEDO = 0.97
-_SUN, _SKY, _FILL = 0.52, 0.40, 0.22  # share of the light; on open ground sun and sky are 0.92
-_SUN_RADIUS = 0.10  # rad
-_LOWEST = 0.22  # sine of the lowest elevation of the sky that is sampled
+_SUN, _SKY, _BOUNCE = 0.60, 0.36, 0.50  # light on a surface that faces up, or down
+_SUN_RADIUS = 0.12  # rad
+_LOWEST = 0.25  # sine of the lowest elevation of the sky that is sampled
+_BOUNCES = 6
 _FAR = 50.0  # m, of the lights from the focus; only their direction counts
+_TEXELS = 2048  # along the edge of a shadow map
+_SHARPNESS = 80.0  # by which depth ends light; VTK's 11 lights what is near behind a surface
+_NOTHING = (1.0, 0.0, 1.0)  # background that no object has the colour of
 
 
 def linear(colour: str) -> tuple[float, float, float]:
@@ -48,10 +61,9 @@ def sun_directions(towards: Array, count: int) -> Array:
     share, angle = _spiral(count)
     across = np.cross(towards, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    other = np.cross(towards, across)
     offset = _SUN_RADIUS * np.sqrt(share)
     vectors = towards + np.outer(offset * np.cos(angle), across)
-    vectors += np.outer(offset * np.sin(angle), other)
+    vectors += np.outer(offset * np.sin(angle), np.cross(towards, across))
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
@@ -76,80 +88,115 @@ def _subpixel(index: int) -> tuple[float, float]:
     return offset[0], offset[1]
 
 
-class SoftLight:
+class Stage(NamedTuple):
     """
-    Renders a plotter that has no lights.
+    What is lit; all plotters have the same camera, a square window and no lights.
+
+    Attributes
+    ----------
+    objects
+        Plotter of what stands on the ground or above it.
+    ground
+        Plotter of what is drawn on the ground, in its colours.
+    shadow
+        Plotter of `cast` alone, dark on white.
+    cast
+        Surface whose points are moved to the shadow.
+    outline
+        Points of the objects that cast it, m, shape (count, 3).
+    height
+        Of the ground, m.
+
+    """
+
+    objects: pyvista.Plotter
+    ground: pyvista.Plotter
+    shadow: pyvista.Plotter
+    cast: pyvista.PolyData
+    outline: Array
+    height: float
+
+
+def _shoot(plotter: pyvista.Plotter, index: int) -> Array:
+    """Return an image in intensities from 0 to 1, shifted within a pixel."""
+    width, height = plotter.window_size
+    x, y = _subpixel(index)
+    plotter.camera.SetWindowCenter(2 * x / width, 2 * y / height)
+    plotter.render()
+    return np.asarray(plotter.screenshot(return_img=True), float) / 255
+
+
+def _shine(plotter: pyvista.Plotter, direction: Array) -> None:
+    """Make a light from a direction the only one."""
+    focus = np.array(plotter.camera.focal_point)
+    plotter.remove_all_lights()
+    plotter.add_light(
+        pyvista.Light(
+            position=focus + _FAR * direction, focal_point=focus, light_type='scene light'
+        )
+    )
+
+
+def _shadow_pass() -> vtkCameraPass:
+    """
+    Return what draws objects with their shadows on each other.
+
+    VTK takes the proportions of the window for those of the shadow map: it must be square.
+    """
+    shadows, passes = vtkShadowMapPass(), vtkRenderPassCollection()
+    baker = shadows.GetShadowMapBakerPass()
+    baker.SetResolution(_TEXELS)
+    baker.SetExponentialConstant(_SHARPNESS)
+    for each in (baker, shadows):
+        passes.AddItem(each)
+    sequence, camera = vtkSequencePass(), vtkCameraPass()
+    sequence.SetPasses(passes)
+    camera.SetDelegatePass(sequence)
+    return camera
+
+
+def _bounced(stage: Stage) -> Iterator[Array]:
+    """Yield images of the objects in the light that the ground reflects."""
+    directions = sky_directions(_BOUNCES) * (1.0, 1.0, -1.0)
+    for index, direction in enumerate(directions):
+        _shine(stage.objects, direction)
+        yield _BOUNCE / -directions[:, 2].sum() * _shoot(stage.objects, index)
+
+
+def render(stage: Stage, towards_sun: Array, suns: int, skies: int) -> NDArray[np.uint8]:
+    """
+    Return an image in sRGB, shape (height, width, 3).
 
     Parameters
     ----------
-    plotter
-        With camera, objects and shadows disabled.
+    stage
+        Its plotters, of which those of objects and shadow are changed.
     towards_sun
         Unit vector.
-    without_fill
-        Actors that reflect no light of the ground, such as the ground itself.
     suns, skies
         Number of lights; more make shadows smoother.
 
     """
-
-    def __init__(
-        self,
-        plotter: pyvista.Plotter,
-        towards_sun: Array,
-        without_fill: list[pyvista.Actor],
-        suns: int,
-        skies: int,
-    ) -> None:
-        self._plotter, self._without_fill = plotter, without_fill
-        sun, sky = sun_directions(towards_sun, suns), sky_directions(skies)
-        # Weights that make the light of each on open ground the wanted share.
-        self._lights = [(each, _SUN / sun[:, 2].sum()) for each in sun]
-        self._lights += [(each, _SKY / sky[:, 2].sum()) for each in sky]
-
-    def _shoot(self, index: int) -> Array:
-        """Return an image in intensities from 0 to 1, shifted within a pixel."""
-        width, height = self._plotter.window_size
-        x, y = _subpixel(index)
-        self._plotter.camera.SetWindowCenter(2 * x / width, 2 * y / height)
-        self._plotter.render()
-        return self._plotter.screenshot(return_img=True).astype(float) / 255
-
-    def _light(self, direction: Array) -> pyvista.Light:
-        focus = np.array(self._plotter.camera.focal_point)
-        return pyvista.Light(
-            position=focus + _FAR * direction, focal_point=focus, light_type='scene light'
+    sun, sky = sun_directions(towards_sun, suns), sky_directions(skies)
+    # Weights with which sun and sky give open ground their share.
+    lights = [(each, _SUN / sun[:, 2].sum()) for each in sun]
+    lights += [(each, _SKY / sky[:, 2].sum()) for each in sky]
+    painted = sum(_shoot(stage.ground, index) for index in range(16)) / 16
+    stage.objects.set_background('black')
+    bounced = sum(_bounced(stage))
+    stage.objects.set_background(_NOTHING)
+    shadow_pass = _shadow_pass()
+    stage.objects.renderer.SetPass(shadow_pass)
+    total = np.zeros_like(painted)
+    for index, (direction, weight) in enumerate(lights):
+        _shine(stage.objects, direction)
+        image = _shoot(stage.objects, index)
+        behind = (image == _NOTHING).all(axis=-1, keepdims=True)
+        points = stage.outline - np.outer(
+            (stage.outline[:, 2] - stage.height) / direction[2], direction
         )
-
-    def render(self) -> NDArray[np.uint8]:
-        """Return the image, shape (height, width, 3)."""
-        plotter = self._plotter
-        width, height = plotter.window_size
-        total = np.zeros((height, width, 3))
-        plotter.enable_shadows()
-        for index, (direction, weight) in enumerate(self._lights):
-            plotter.remove_all_lights()
-            plotter.add_light(self._light(direction))
-            plotter.set_background((GROUND_ALBEDO * direction[2],) * 3)
-            total += weight * self._shoot(index)
-        plotter.disable_shadows()
-        total += _FILL * self._fill()
-        return _srgb(total)
-
-    def _fill(self) -> Array:
-        """Return the light that the ground reflects, and some from the camera."""
-        plotter = self._plotter
-        for actor in self._without_fill:
-            actor.visibility = False
-        plotter.set_background((0.0, 0.0, 0.0))
-        total = 0.0
-        towards_camera = np.array(plotter.camera.position) - plotter.camera.focal_point
-        directions = (towards_camera / np.linalg.norm(towards_camera), np.array([0.0, 0.0, -1.0]))
-        for direction in directions:
-            for index in range(4):
-                plotter.remove_all_lights()
-                plotter.add_light(self._light(direction))
-                total = total + self._shoot(index) / 4
-        for actor in self._without_fill:
-            actor.visibility = True
-        return total
+        stage.cast.points = points
+        lit = weight * direction[2] * painted * _shoot(stage.shadow, index)
+        total += np.where(behind, lit, weight * image)
+    shadow_pass.ReleaseGraphicsResources(stage.objects.render_window)
+    return _srgb(total + bounced)

@@ -64,13 +64,13 @@ def _push(seconds: float) -> dict[str, Pose]:
     return {'sphere_pose': ((0.0, 0.0, max(1.5 - 20 * seconds, 0.6)), (0.0, 0.0, 0.0, 1.0))}
 
 
-_HANGING = View(azimuth=-60, elevation=14, ground=0.3)
+_HANGING = View(azimuth=58, elevation=14, ground=0.35)
 
 # By the name of the scene; another scene of config/ is shown as `of_scene` says.
 MOMENTS: dict[str, tuple[Moment, ...]] = {
     'hanging': (Moment('falling', 0.35, _HANGING), Moment('at_rest', 12.0, _HANGING)),
     'gust': (Moment('wind', 5.6, View(azimuth=42, elevation=12)),),
-    'drop_on_sphere': (Moment('sphere', 1.6, View(azimuth=-50, elevation=14)),),
+    'drop_on_sphere': (Moment('sphere', 1.6, View(azimuth=-72, elevation=9)),),
     'small_fast_sphere': (Moment('small_fast_sphere', 1.0, View(azimuth=-62, elevation=34)),),
     'table': (Moment('table', 2.5, View(azimuth=-50, elevation=16, ground=0.0)),),
     'box': (Moment('box', 1.6, View(azimuth=-50, elevation=22, ground=0.0)),),

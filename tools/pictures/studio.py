@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 from cloth_ros import Scene
 
 from .capture import Frame
-from .drawing import add_frame, add_ground, add_scale_bar, extent
-from .light import SoftLight
+from .drawing import add_frame, add_ground_lines, add_scale_bar, extent
+from .light import Stage, render
 from .moments import View
 
 Array = NDArray[np.float64]
 
 _ANGLE = 24.0  # degrees, vertical field of view
 _MARGIN = 1.16  # what the picture is larger than its contents
-_SUN_BESIDE, _SUN_ABOVE = 50.0, 52.0  # degrees from the camera to the left, and above the ground
+_SUN_BESIDE, _SUN_ABOVE = 45.0, 48.0  # degrees from the camera to the left, and above the ground
 _CLEARANCE = 0.06  # of the largest edge of the sheet, from the lowest point to the ground
+_SHADOW = (0.12,) * 3  # light on the ground where a light is blocked, from all around
 _BAR_LENGTHS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # m
-_BAR_SHARE = 0.45  # greatest length of the bar / edge of the sheet
+_BAR_SHARE = 0.5  # greatest length of the bar / edge of the sheet
 
 
 def _direction(azimuth: float, elevation: float) -> Array:
@@ -63,7 +64,9 @@ class Studio:
         self._bar_length = fitting[-1] if fitting else _BAR_LENGTHS[0]
         self._bar_centre = self._in_front(points)
         half = self._bar_length / 2 * self._right
-        self._place_camera(np.vstack([points, self._bar_centre - half, self._bar_centre + half]))
+        text = 0.2 * self._bar_length * _direction(view.azimuth, 0)
+        bar = [self._bar_centre + sign * half + text for sign in (-1, 1)]
+        self._place_camera(np.vstack([points, *bar]))
         self._centre = np.append(points[:, :2].mean(axis=0), self._ground)
         self._radius = 1.4 * float(np.linalg.norm(np.ptp(points, axis=0)))
 
@@ -90,11 +93,28 @@ class Studio:
         self._focus = centre @ axes
         self._eye = self._focus + distance * self._towards
 
-    def _plotter(self) -> pyvista.Plotter:
-        plotter = pyvista.Plotter(off_screen=True, window_size=self._window, lighting='none')
+    def _plotter(self, colour: str = 'white') -> pyvista.Plotter:
+        width, height = self._window
+        square = (max(self._window),) * 2  # which shadows need; the rest is cut off
+        plotter = pyvista.Plotter(off_screen=True, window_size=square, lighting='none')
+        plotter.disable_anti_aliasing()
+        plotter.set_background(colour)
         plotter.camera.position, plotter.camera.focal_point = self._eye, self._focus
-        plotter.camera.up, plotter.camera.view_angle = (0, 0, 1), _ANGLE
+        half = np.tan(np.radians(_ANGLE / 2)) * max(width, height) / height
+        plotter.camera.up = (0, 0, 1)
+        plotter.camera.view_angle = np.degrees(2 * np.arctan(half))
         return plotter
+
+    def _stage(self, frame: Frame) -> Stage:
+        """Return the plotters of a frame."""
+        objects, ground, shadow = (self._plotter() for _ in range(3))
+        meshes = add_frame(objects, frame, self._scene.sheet.size, self._planes)
+        add_ground_lines(ground, self._centre, self._radius)
+        add_scale_bar(ground, self._bar_centre, self._right, self._bar_length)
+        cast = pyvista.merge(meshes).extract_surface(algorithm='dataset_surface').triangulate()
+        shadow.add_mesh(cast, color=_SHADOW, lighting=False)
+        outline = np.asarray(cast.points, float).copy()
+        return Stage(objects, ground, shadow, cast, outline, self._ground)
 
     def images(
         self, frames: Sequence[Frame], suns: int, skies: int
@@ -102,10 +122,9 @@ class Studio:
         """Yield an image of each frame, shape (height, width, 3), in sRGB."""
         sun = _direction(self._view.azimuth - _SUN_BESIDE, _SUN_ABOVE)
         for frame in frames:
-            plotter = self._plotter()
-            ground = [add_ground(plotter, self._centre, self._radius)]
-            ground += add_scale_bar(plotter, self._bar_centre, self._right, self._bar_length)
-            add_frame(plotter, frame, self._scene.sheet.size, self._planes)
-            plotter.reset_camera_clipping_range()
-            yield SoftLight(plotter, sun, ground, suns, skies).render()
-            plotter.close()
+            stage = self._stage(frame)
+            square = render(stage, sun, suns, skies)
+            top, left = (len(square) - self._window[1]) // 2, (len(square) - self._window[0]) // 2
+            yield square[top : top + self._window[1], left : left + self._window[0]]
+            for plotter in (stage.objects, stage.ground, stage.shadow):
+                plotter.close()
