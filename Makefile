@@ -1,7 +1,7 @@
 # make run        a live node; SCENE=config/… selects another scene
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
-# make pictures   render the pictures of the README, into docs/pictures
+# make pictures   render all scenes and the animation, into docs/pictures; SCENE=… one scene
 # make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
 # make refinement convergence of the grid: docs/validation/refinement.md, a minute
 # make bench      cost of a substep, with the limit of the processor and other engines
@@ -46,7 +46,7 @@ test-all: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/python -m pytest $(WORKERS) -m slow $(PYTEST_ARGS)
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
-	$(VENV)/bin/python -m tools.pictures docs/pictures
+	$(VENV)/bin/python -m tools.pictures $(if $(filter file,$(origin SCENE)),,'$(SCENE)')
 
 study: $(VENV)/.ready-run-$(ROS)
 	@tools/study.sh $(VENV) $(STUDY)

@@ -1,9 +1,9 @@
 """
 Render the scenes for the README.
 
-    python -m tools.pictures [SCENE.yaml …] [--out DIRECTORY]
+    python -m tools.pictures [SCENE.yaml …] [--animation] [--out DIRECTORY]
 
-Renders the named scene files, by default all of config/ and the animation.  Each scene is run by a
+Renders the named scene files and the animation; by default all of config/ and the animation.  Each scene is run by a
 node, whose topics are the source of the pictures.  Rendering is off screen and needs no display.
 """
 
@@ -24,7 +24,7 @@ from .moments import ANIMATION, CONFIG, MOTIONS, Animation, of_scene
 from .studio import Studio
 
 _WINDOW, _SUNS, _SKIES = (900, 720), 24, 36
-_SMALL_WINDOW, _FEW_SUNS, _FEW_SKIES = (640, 480), 8, 16
+_SMALL_WINDOW, _FEW_SUNS, _FEW_SKIES = (640, 480), 6, 12
 _FRAMES_PER_SECOND = 12
 _QUALITY = 72  # of the animation, WebP
 
@@ -57,9 +57,7 @@ def render_animation(animation: Animation, folder: Path) -> None:
     seconds = np.arange(animation.begin, animation.end, 1 / _FRAMES_PER_SECOND).tolist()
     frames = capture(path, seconds, MOTIONS.get(animation.scene))
     studio = Studio(_scene(path), animation.view, frames, _SMALL_WINDOW)
-    images = [
-        Image.fromarray(image) for image in studio.images(frames, _FEW_SUNS, _FEW_SKIES)
-    ]
+    images = [Image.fromarray(image) for image in studio.images(frames, _FEW_SUNS, _FEW_SKIES)]
     target = folder / f'{animation.picture}.webp'
     images[0].save(
         target,
@@ -79,13 +77,15 @@ def main() -> None:
         prog='python -m tools.pictures', description='Render scenes from the topics of a node.'
     )
     parser.add_argument('scenes', nargs='*', type=Path, help='default: all, and the animation')
+    parser.add_argument('--animation', action='store_true', help='render the animation')
     parser.add_argument('--out', type=Path, default=Path('docs/pictures'), help='folder')
     arguments = parser.parse_args()
     pyvista.vtk_verbosity('off')  # it reports that there is no display
     arguments.out.mkdir(parents=True, exist_ok=True)
-    for path in arguments.scenes or sorted(CONFIG.glob('*.yaml')):
+    everything = not (arguments.scenes or arguments.animation)
+    for path in sorted(CONFIG.glob('*.yaml')) if everything else arguments.scenes:
         render_scene(path, arguments.out)
-    if not arguments.scenes:
+    if everything or arguments.animation:
         render_animation(ANIMATION, arguments.out)
 
 

@@ -27,7 +27,9 @@ from ros import NODE, Probe, Process, environment, free_domain, numbers, probing
 RATE = 60  # Hz, of ticks and markers
 _RESEND = 0.05  # s, after which a message on /clock, which is best effort, is sent again
 _START = 0.5  # s, between times on /clock until the node has discovered it
-_LONGEST = 60.0  # s, of a tick
+_LONGEST_START = 300.0  # s, until the first state: the node may have to compile kernels
+_LONGEST = 5.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
+_ATTEMPTS = 5
 
 
 class Frame(NamedTuple):
@@ -86,24 +88,25 @@ class SteppedNode:
 
     def start(self) -> None:
         """Move /clock until the first state comes: the node ticks from the second time on."""
-        end = time.monotonic() + _LONGEST
+        end = time.monotonic() + _LONGEST_START
         while not self._arrived():
-            self._check(end)
+            if time.monotonic() > end or not self._process.alive:
+                raise SystemExit(f'the node publishes nothing: {self._process.output}')
             self._move_clock()
             self._send_clock(_START)
 
-    def tick(self) -> None:
-        """Move /clock by one tick, and wait for the state of that time."""
+    def tick(self) -> bool:
+        """Move /clock by one tick; return whether the state of that time came."""
         self._move_clock()
         end = time.monotonic() + _LONGEST
-        while not self._arrived():
-            self._check(end)
+        while not self._arrived() and time.monotonic() < end and self._process.alive:
             self._send_clock(_RESEND)
+        return self._arrived()
 
-    def _check(self, end: float) -> None:
-        """End the program if the node has ended, or the time has come."""
-        if time.monotonic() > end or not self._process.alive:
-            raise SystemExit(f'the node publishes no state: {self._process.output}')
+    @property
+    def output(self) -> str:
+        """What the node has printed."""
+        return self._process.output
 
     @property
     def held(self) -> bool:
@@ -146,14 +149,13 @@ def stepped_node(scene: Path) -> Iterator[SteppedNode]:
 
 
 def _run(node: SteppedNode, ticks: Sequence[int], motion: Motion | None) -> list[Frame] | None:
-    """Return the states after so many ticks, or None if the cloth was held meanwhile."""
+    """Return the states after so many ticks; None if one is missing or the cloth was held."""
     node.reset()
     frames = {}
     for tick in range(1, max(ticks) + 1):
         for topic, pose in motion(tick / RATE).items() if motion else ():
             node.command(topic, pose_message(pose))
-        node.tick()
-        if node.held:
+        if not node.tick() or node.held:
             return None
         if tick in ticks:
             frames[tick] = node.frame()
@@ -173,12 +175,20 @@ def capture(scene: Path, seconds: Sequence[float], motion: Motion | None = None)
     motion
         Targets of colliders, published before each tick.
 
+    Raises
+    ------
+    SystemExit
+        The node ends, or does not publish every state in several attempts.
+
     """
     ticks = [max(round(RATE * each), 1) for each in seconds]
     with stepped_node(scene) as node:
         node.start()
-        while (frames := _run(node, ticks, motion)) is None:
-            while node.held:
+        for _ in range(_ATTEMPTS):
+            frames = _run(node, ticks, motion)
+            if frames is not None:
+                return frames
+            while node.held:  # until its kernels are compiled
                 time.sleep(0.5)
                 node.tick()
-    return frames
+        raise SystemExit(f'the node does not publish every state: {node.output}')

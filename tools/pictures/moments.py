@@ -71,9 +71,9 @@ MOMENTS: dict[str, tuple[Moment, ...]] = {
     'hanging': (Moment('falling', 0.35, _HANGING), Moment('at_rest', 12.0, _HANGING)),
     'gust': (Moment('wind', 5.6, View(azimuth=42, elevation=12)),),
     'drop_on_sphere': (Moment('sphere', 1.6, View(azimuth=-72, elevation=9)),),
-    'small_fast_sphere': (Moment('small_fast_sphere', 1.0, View(azimuth=-62, elevation=34)),),
+    'small_fast_sphere': (Moment('small_fast_sphere', 1.0, View(azimuth=-62, elevation=42)),),
     'table': (Moment('table', 2.5, View(azimuth=-50, elevation=16, ground=0.0)),),
-    'box': (Moment('box', 1.6, View(azimuth=-50, elevation=22, ground=0.0)),),
+    'box': (Moment('box', 1.6, View(azimuth=-50, elevation=22, ground=0.15)),),
     'robot_arm': (Moment('robot_arm', 2.2, View(azimuth=-46, elevation=16, ground=0.0)),),
 }
 MOTIONS: dict[str, Motion] = {'robot_arm': _arm, 'small_fast_sphere': _push}
