@@ -3,8 +3,9 @@ Render the scenes for the README.
 
     python -m tools.pictures [SCENE.yaml …] [--animation] [--out DIRECTORY]
 
-Renders the named scene files and the animation; by default all of config/ and the animation.  Each scene is run by a
-node, whose topics are the source of the pictures.  Rendering is off screen and needs no display.
+Renders the named scene files and the animation; by default all of config/ and the animation.  Each
+scene is run by a node, whose topics are the source of the pictures.  Rendering is off screen and
+needs no display.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""States of a scene as a running node publishes them, at simulated times that do not depend on load."""
+"""
+States of a scene as a running node publishes them.
+
+The node follows /clock, which moves on when a state has come: the times of the states do not
+depend on the speed of the machine.
+"""
 
 from __future__ import annotations
 
@@ -104,6 +109,11 @@ class SteppedNode:
         return self._arrived()
 
     @property
+    def alive(self) -> bool:
+        """Whether the node runs."""
+        return self._process.alive
+
+    @property
     def output(self) -> str:
         """What the node has printed."""
         return self._process.output
@@ -126,8 +136,12 @@ class SteppedNode:
 
     def frame(self) -> Frame:
         """Return the state that was published last."""
-        wanted = [each for each in self._newest[MarkerArray].markers
-                  if each.action == Marker.ADD and each.ns not in ('sheet', 'wind', 'springs')]  # fmt: skip
+        other = ('sheet', 'wind', 'springs')
+        wanted = [
+            each
+            for each in self._newest[MarkerArray].markers
+            if each.action == Marker.ADD and each.ns not in other
+        ]
         return Frame(numbers(self._newest[PointCloud2])[..., :3].copy(), wanted)
 
 
@@ -188,7 +202,7 @@ def capture(scene: Path, seconds: Sequence[float], motion: Motion | None = None)
             frames = _run(node, ticks, motion)
             if frames is not None:
                 return frames
-            while node.held:  # until its kernels are compiled
+            while node.held and node.alive:  # until its kernels are compiled
                 time.sleep(0.5)
                 node.tick()
         raise SystemExit(f'the node does not publish every state: {node.output}')

@@ -29,6 +29,7 @@ _SUN, _SKY, _BOUNCE = 0.60, 0.36, 0.50  # light on a surface that faces up, or d
 _SUN_RADIUS = 0.12  # rad
 _LOWEST = 0.25  # sine of the lowest elevation of the sky that is sampled
 _BOUNCES = 6
+_SMOOTH = 16  # images of a mean without lights
 _FAR = 50.0  # m, of the lights from the focus; only their direction counts
 _TEXELS = 2048  # along the edge of a shadow map
 _SHARPNESS = 80.0  # by which depth ends light; VTK's 11 lights what is near behind a surface
@@ -90,14 +91,14 @@ def _subpixel(index: int) -> tuple[float, float]:
 
 class Stage(NamedTuple):
     """
-    What is lit; all plotters have the same camera, a square window and no lights.
+    What is lit; both plotters have the same camera, a square window and no lights.
 
     Attributes
     ----------
     objects
         Plotter of what stands on the ground or above it.
     ground
-        Plotter of what is drawn on the ground, in its colours.
+        Image of what is drawn on the ground, as `mean_image` returns it.
     shadow
         Plotter of `cast` alone, dark on white.
     cast
@@ -110,7 +111,7 @@ class Stage(NamedTuple):
     """
 
     objects: pyvista.Plotter
-    ground: pyvista.Plotter
+    ground: Array
     shadow: pyvista.Plotter
     cast: pyvista.PolyData
     outline: Array
@@ -124,6 +125,12 @@ def _shoot(plotter: pyvista.Plotter, index: int) -> Array:
     plotter.camera.SetWindowCenter(2 * x / width, 2 * y / height)
     plotter.render()
     return np.asarray(plotter.screenshot(return_img=True), float) / 255
+
+
+def mean_image(plotter: pyvista.Plotter) -> Array:
+    """Return a smooth image of what needs no light, in intensities from 0 to 1."""
+    images = [_shoot(plotter, index) for index in range(_SMOOTH)]
+    return np.mean(images, axis=0)
 
 
 def _shine(plotter: pyvista.Plotter, direction: Array) -> None:
@@ -181,13 +188,12 @@ def render(stage: Stage, towards_sun: Array, suns: int, skies: int) -> NDArray[n
     # Weights with which sun and sky give open ground their share.
     lights = [(each, _SUN / sun[:, 2].sum()) for each in sun]
     lights += [(each, _SKY / sky[:, 2].sum()) for each in sky]
-    painted = sum(_shoot(stage.ground, index) for index in range(16)) / 16
     stage.objects.set_background('black')
     bounced = sum(_bounced(stage))
     stage.objects.set_background(_NOTHING)
     shadow_pass = _shadow_pass()
     stage.objects.renderer.SetPass(shadow_pass)
-    total = np.zeros_like(painted)
+    total = np.zeros_like(stage.ground)
     for index, (direction, weight) in enumerate(lights):
         _shine(stage.objects, direction)
         image = _shoot(stage.objects, index)
@@ -196,7 +202,7 @@ def render(stage: Stage, towards_sun: Array, suns: int, skies: int) -> NDArray[n
             (stage.outline[:, 2] - stage.height) / direction[2], direction
         )
         stage.cast.points = points
-        lit = weight * direction[2] * painted * _shoot(stage.shadow, index)
+        lit = weight * direction[2] * stage.ground * _shoot(stage.shadow, index)
         total += np.where(behind, lit, weight * image)
     shadow_pass.ReleaseGraphicsResources(stage.objects.render_window)
     return _srgb(total + bounced)

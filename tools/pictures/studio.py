@@ -12,7 +12,7 @@ from cloth_ros import Scene
 
 from .capture import Frame
 from .drawing import add_frame, add_ground_lines, add_scale_bar, extent
-from .light import Stage, render
+from .light import Stage, mean_image, render
 from .moments import View
 
 Array = NDArray[np.float64]
@@ -105,12 +105,19 @@ class Studio:
         plotter.camera.view_angle = np.degrees(2 * np.arctan(half))
         return plotter
 
-    def _stage(self, frame: Frame) -> Stage:
-        """Return the plotters of a frame."""
-        objects, ground, shadow = (self._plotter() for _ in range(3))
+    def _ground_image(self) -> Array:
+        """Return lines and scale bar on the ground, the same for all frames."""
+        plotter = self._plotter()
+        add_ground_lines(plotter, self._centre, self._radius)
+        add_scale_bar(plotter, self._bar_centre, self._right, self._bar_length)
+        image = mean_image(plotter)
+        plotter.close()
+        return image
+
+    def _stage(self, frame: Frame, ground: Array) -> Stage:
+        """Return what is lit of a frame."""
+        objects, shadow = self._plotter(), self._plotter()
         meshes = add_frame(objects, frame, self._scene.sheet.size, self._planes)
-        add_ground_lines(ground, self._centre, self._radius)
-        add_scale_bar(ground, self._bar_centre, self._right, self._bar_length)
         cast = pyvista.merge(meshes).extract_surface(algorithm='dataset_surface').triangulate()
         shadow.add_mesh(cast, color=_SHADOW, lighting=False)
         outline = np.asarray(cast.points, float).copy()
@@ -121,10 +128,11 @@ class Studio:
     ) -> Iterator[NDArray[np.uint8]]:
         """Yield an image of each frame, shape (height, width, 3), in sRGB."""
         sun = _direction(self._view.azimuth - _SUN_BESIDE, _SUN_ABOVE)
+        ground = self._ground_image()
         for frame in frames:
-            stage = self._stage(frame)
+            stage = self._stage(frame, ground)
             square = render(stage, sun, suns, skies)
             top, left = (len(square) - self._window[1]) // 2, (len(square) - self._window[0]) // 2
             yield square[top : top + self._window[1], left : left + self._window[0]]
-            for plotter in (stage.objects, stage.ground, stage.shadow):
+            for plotter in (stage.objects, stage.shadow):
                 plotter.close()
