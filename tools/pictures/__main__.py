@@ -25,8 +25,8 @@ from .moments import ANIMATION, CONFIG, MOTIONS, Animation, of_scene
 from .studio import Studio
 
 _WINDOW, _SUNS, _SKIES = (900, 720), 24, 36
-_SMALL_WINDOW, _FEW_SUNS, _FEW_SKIES = (640, 480), 6, 12
-_FRAMES_PER_SECOND = 12
+_SMALL_WINDOW, _FEW_SUNS, _FEW_SKIES = (560, 420), 5, 9
+_FRAMES_PER_SECOND = 10
 _QUALITY = 72  # of the animation, WebP
 
 

@@ -16,7 +16,7 @@ Motion = Callable[[float], Mapping[str, Pose]]
 
 class View(NamedTuple):
     """
-    Direction from the scene to the camera, and height of the ground.
+    Directions from the scene to camera and sun, and height of the ground.
 
     Attributes
     ----------
@@ -24,6 +24,8 @@ class View(NamedTuple):
         Degrees about z, from x to y.
     elevation
         Degrees above the horizontal.
+    sun
+        Degrees from the camera to the sun about z; negative: at the left of the picture.
     ground
         Height, m; None: just below the scene.
 
@@ -31,6 +33,7 @@ class View(NamedTuple):
 
     azimuth: float = -60.0
     elevation: float = 18.0
+    sun: float = -45.0
     ground: float | None = None
 
 
@@ -64,12 +67,12 @@ def _push(seconds: float) -> dict[str, Pose]:
     return {'sphere_pose': ((0.0, 0.0, max(1.5 - 20 * seconds, 0.6)), (0.0, 0.0, 0.0, 1.0))}
 
 
-_HANGING = View(azimuth=58, elevation=14, ground=0.35)
+_HANGING = View(azimuth=58, elevation=14, sun=45, ground=0.35)
 
 # By the name of the scene; another scene of config/ is shown as `of_scene` says.
 MOMENTS: dict[str, tuple[Moment, ...]] = {
     'hanging': (Moment('falling', 0.35, _HANGING), Moment('at_rest', 12.0, _HANGING)),
-    'gust': (Moment('wind', 5.6, View(azimuth=42, elevation=12)),),
+    'gust': (Moment('wind', 5.6, View(azimuth=42, elevation=12, sun=45)),),
     'drop_on_sphere': (Moment('sphere', 1.6, View(azimuth=-72, elevation=9)),),
     'small_fast_sphere': (Moment('small_fast_sphere', 1.0, View(azimuth=-62, elevation=42)),),
     'table': (Moment('table', 2.5, View(azimuth=-50, elevation=16, ground=0.0)),),

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _ANGLE = 24.0  # degrees, vertical field of view
 _MARGIN = 1.16  # what the picture is larger than its contents
-_SUN_BESIDE, _SUN_ABOVE = 45.0, 48.0  # degrees from the camera to the left, and above the ground
+_SUN_ABOVE = 48.0  # degrees above the ground
 _CLEARANCE = 0.06  # of the largest edge of the sheet, from the lowest point to the ground
 _SHADOW = (0.12,) * 3  # light on the ground where a light is blocked, from all around
 _BAR_LENGTHS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # m
@@ -127,7 +127,7 @@ class Studio:
         self, frames: Sequence[Frame], suns: int, skies: int
     ) -> Iterator[NDArray[np.uint8]]:
         """Yield an image of each frame, shape (height, width, 3), in sRGB."""
-        sun = _direction(self._view.azimuth - _SUN_BESIDE, _SUN_ABOVE)
+        sun = _direction(self._view.azimuth + self._view.sun, _SUN_ABOVE)
         ground = self._ground_image()
         for frame in frames:
             stage = self._stage(frame, ground)
