@@ -32,12 +32,19 @@ _QUALITY = 72  # of the animation, WebP
 
 def _scene(path: Path) -> Scene:
     """Return a scene, or end with one line that says what is wrong with it."""
+    if not path.is_file():
+        ready = ' '.join(sorted(f'config/{each.name}' for each in CONFIG.glob('*.yaml')))
+        raise SystemExit(f"cloth_ros: there is no scene '{path}'; ready ones are: {ready}")
     try:
         scene = Scene.from_yaml(path)
         check_scene(scene)
     except (OSError, ValueError) as error:
-        ready = ' '.join(sorted(f'config/{each.name}' for each in CONFIG.glob('*.yaml')))
-        raise SystemExit(f'cloth_ros: {error}; ready scenes are: {ready}') from None
+        raise SystemExit(f'cloth_ros: {error}') from None
+    if min(scene.sheet.rows, scene.sheet.columns) < 2:
+        raise SystemExit(
+            f'cloth_ros: {path}: a picture needs a sheet of at least 2 × 2 particles, not '
+            f'{scene.sheet.rows} × {scene.sheet.columns}'
+        )
     return scene
 
 

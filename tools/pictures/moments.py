@@ -67,6 +67,8 @@ def _push(seconds: float) -> dict[str, Pose]:
     return {'sphere_pose': ((0.0, 0.0, max(1.5 - 20 * seconds, 0.6)), (0.0, 0.0, 0.0, 1.0))}
 
 
+# Of a sheet that is turned upright about x, as in config/, the side along its normal.
+_FRONT = View(azimuth=60, elevation=16, sun=45)
 _HANGING = View(azimuth=58, elevation=14, sun=45, ground=0.35)
 
 # By the name of the scene; another scene of config/ is shown as `of_scene` says.
@@ -112,4 +114,4 @@ ANIMATION = Animation('arm', 'robot_arm', 8.0, 16.0, MOMENTS['robot_arm'][0].vie
 
 def of_scene(path: Path) -> tuple[Moment, ...]:
     """Return the moments of a scene file; one that is not in the table is shown after 2 s."""
-    return MOMENTS.get(path.stem, (Moment(path.stem, 2.0, View()),))
+    return MOMENTS.get(path.stem, (Moment(path.stem, 2.0, _FRONT),))
