@@ -3,7 +3,7 @@
 # make test       ruff, mypy, import-linter and pytest, in minutes
 # make test-all   the rest of the tests: those that take longer
 # make docs       the documentation as a site that works offline, in build/docs
-# make pictures   render the pictures of the README, into docs/pictures
+# make pictures   render all scenes and the animation, into docs/pictures; SCENE=… one scene
 # make study      measure speed against accuracy for the README and docs/; STUDY=--quick is short
 # make refinement convergence of the grid: docs/validation/refinement.md, a minute
 # make bench      cost of a substep, with the limit of the processor and other engines
@@ -55,7 +55,7 @@ docs: $(VENV)/.ready-docs-$(ROS)
 	@echo 'open build/docs/index.html'
 
 pictures: $(VENV)/.ready-pictures-$(ROS)
-	$(VENV)/bin/python -m tools.pictures docs/pictures
+	$(VENV)/bin/python -m tools.pictures $(if $(filter file,$(origin SCENE)),,'$(SCENE)')
 
 study: $(VENV)/.ready-run-$(ROS)
 	@tools/study.sh $(VENV) $(STUDY)

@@ -3,12 +3,15 @@
 import functools
 import importlib
 import itertools
+import json
 import math
 import re
 import time
 
 import numpy as np
 import pytest
+import yaml
+from builders import ROOT
 from cyclonedds.domain import Domain, DomainParticipant
 from cyclonedds.idl import make_idl_struct, types
 from cyclonedds.pub import DataWriter
@@ -83,6 +86,49 @@ def test_diagnostics_describe_the_simulation_each_second(node):
     assert 0 < float(found['error estimate, window [s]']) <= 1.0
     assert float(found['error estimate, age [s]']) > 0
     assert found['rejected inputs'] == '0'
+
+
+def strings_in(value: object) -> list[str]:
+    """Return all strings in nested lists and dictionaries, keys included."""
+    if isinstance(value, dict):
+        return strings_in([*value.keys(), *value.values()])
+    if isinstance(value, list):
+        return [text for each in value for text in strings_in(each)]
+    return [value] if isinstance(value, str) else []
+
+
+def panels_in(tree: object) -> list[str]:
+    """Return the panels that a layout of Foxglove arranges."""
+    if isinstance(tree, str):
+        return [tree]
+    return panels_in(tree['first']) + panels_in(tree['second'])
+
+
+def test_views_of_rviz_and_foxglove_show_topics_and_values_that_are_published(node):
+    _, probe = node
+    topics = {f'/cloth/{name}' for name in ('markers', 'particles')} | {'/diagnostics'}
+    probe.spin_until(lambda: topics <= dict(probe.get_topic_names_and_types()).keys())
+    found = diagnosis(probe)
+
+    layout = json.loads((ROOT / 'config' / 'cloth.foxglove.json').read_text())
+    panels = layout['configById']
+    assert sorted(panels_in(layout['layout'])) == sorted(panels)
+    assert {each.partition('!')[0] for each in panels} == {'3D', 'Plot', 'DiagnosticStatusPanel'}
+    texts = strings_in(layout)
+    assert {re.split(r'[.\[]', text)[0] for text in texts if text.startswith('/')} == {
+        *topics,
+        found['name'],
+    }
+    plotted = re.findall(r'\.values\[:\]\{key=="(.*?)"\}\.value', '\n'.join(texts))
+    paths = [text for text in texts if text.startswith('/diagnostics.')]
+    assert len(plotted) == len(paths) == 5
+    assert set(plotted) <= found.keys()
+
+    view = yaml.safe_load((ROOT / 'config' / 'cloth.rviz').read_text())['Visualization Manager']
+    shown = [each['Topic'] for each in view['Displays'] if 'Topic' in each]
+    assert {f'/{each["Value"]}' for each in shown} == topics - {'/diagnostics'}
+    # As the node publishes: a reliable queue that a burst does not overflow.
+    assert all(each['Reliability Policy'] == 'Reliable' for each in shown)
 
 
 def regular_seconds(stamps: list[float]) -> bool:
