@@ -9,6 +9,7 @@ from pathlib import Path
 
 import meshes
 import numpy as np
+import pytest
 from geometry import triangles
 
 from cloth_ros import Cloth
@@ -17,6 +18,14 @@ Distance = Callable[[np.ndarray], np.ndarray]
 NAME = 'solid'  # of the collider in all scenes
 SHAPES = ('plane', 'sphere', 'box', 'capsule', 'cylinder', 'mesh')
 CLOSED = SHAPES[1:]
+
+
+def each_shape(shapes: Sequence[str] = SHAPES) -> list[object]:
+    """Return shapes as parameters of tests: of a mesh, with kernels of its own, of slow ones."""
+    slow = pytest.mark.slow
+    return [pytest.param(shape, marks=slow) if shape == 'mesh' else shape for shape in shapes]
+
+
 # Colliders that nothing reaches: each set of shapes has kernels of its own, which take seconds to
 # compile, and with these the tests of all shapes but the mesh share one.
 FAR: dict[str, dict[str, object]] = {

@@ -42,7 +42,7 @@ def run(
 
 
 @pytest.mark.parametrize('method', INTEGRATORS)
-@pytest.mark.parametrize('precision', ['single', 'double'])
+@pytest.mark.parametrize('precision', ['single', pytest.param('double', marks=pytest.mark.slow)])
 @pytest.mark.parametrize('path', SCENE_FILES, ids=lambda path: path.stem)
 def test_the_estimate_is_within_a_factor_of_three_of_the_truth(path, precision, method):
     ready = Scene.from_yaml(path).with_parameters(

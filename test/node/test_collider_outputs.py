@@ -87,6 +87,7 @@ def test_the_marker_follows_the_pose(table):
     publish_until(moved, table, publisher, iter(lambda: pose(z=0.5), None))
 
 
+@pytest.mark.slow
 def test_the_example_sweeps_the_arm_through_the_curtain(start_cloth, start, probe):
     # Few markers: to read 30 arrays of triangles per second is too much for a probe in Python.
     start_cloth('--params-file', ARM, markers__rate=5.0)

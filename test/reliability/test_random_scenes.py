@@ -106,6 +106,7 @@ def test_failed_once(case):
     assert totals['runs closed'] == totals['held'] == 0
 
 
+@pytest.mark.slow
 def test_random_scenes(long, measured):
     """
     Random scenes: all is finite, pins do not move by a bit, energy is at most what there was plus

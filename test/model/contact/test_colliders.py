@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from builders import NEGLIGIBLE_AIR, PRECISIONS, cloth_of, examples, seeds
-from colliders import CLOSED, NAME, SHAPES, Solid, depth, matrix, product, solid, turn
+from colliders import CLOSED, NAME, Solid, depth, each_shape, matrix, product, solid, turn
 from geometry import ray_crossings, triangles
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -30,7 +30,7 @@ def random_turn(generator: np.random.Generator, most: float = math.pi) -> tuple[
 
 
 @pytest.mark.parametrize('precision', PRECISIONS)
-@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shape', each_shape())
 @examples(0.02)
 @given(seed=seeds, size=st.sampled_from([0.02, 0.06, 0.15]))
 @example(seed=0, size=0.06)
@@ -52,7 +52,7 @@ def test_a_falling_sheet_stays_outside(folder, shape, precision, seed, size):
 
 
 @pytest.mark.parametrize('precision', PRECISIONS)
-@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shape', each_shape())
 @examples(0.02)
 @given(
     seed=seeds,
@@ -120,7 +120,7 @@ def thrust(body: Solid, speed: float) -> Iterator[Cloth]:
 
 
 @pytest.mark.parametrize('speed', [1.0, 10.0, 100.0, 1000.0])
-@pytest.mark.parametrize('shape', CLOSED)
+@pytest.mark.parametrize('shape', each_shape(CLOSED))
 def test_a_collider_smaller_than_the_spacing_does_not_pass(folder, shape, speed):
     body = solid(shape, 0.3 * 0.5 / 11, folder)
     for cloth in thrust(body, speed):
@@ -130,7 +130,7 @@ def test_a_collider_smaller_than_the_spacing_does_not_pass(folder, shape, speed)
 
 
 @pytest.mark.parametrize('speed', [1.0, 10.0, 100.0, 1000.0])
-@pytest.mark.parametrize('shape', CLOSED)
+@pytest.mark.parametrize('shape', each_shape(CLOSED))
 def test_a_fast_collider_smaller_than_the_spacing_stays_outside(folder, shape, speed):
     body = solid(shape, 0.3 * 0.5 / 11, folder)
     for cloth in thrust(body, speed):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import NEGLIGIBLE_AIR, PRECISIONS, cloth_of
-from colliders import NAME, SHAPES, solid, turn
+from colliders import NAME, each_shape, solid, turn
 
 from cloth_ros import Cloth
 
@@ -27,7 +27,7 @@ def dropped(body, position, turned=(0, 0, 0, 1), **parameters) -> Cloth:
     )
 
 
-@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shape', each_shape())
 def test_a_scene_that_is_its_mirror_image_stays_so(folder, shape):
     """About x = 0, in gusts along y; an angle section is symmetric about its diagonal."""
     body = solid(shape, 0.1, folder)
@@ -43,7 +43,7 @@ def test_a_scene_that_is_its_mirror_image_stays_so(folder, shape):
     assert touched > 0.1  # N
 
 
-@pytest.mark.parametrize('shape', ['plane', 'sphere', 'box', 'mesh'])
+@pytest.mark.parametrize('shape', each_shape(['plane', 'sphere', 'box', 'mesh']))
 def test_a_scene_that_is_symmetric_about_the_diagonal_stays_so(folder, shape):
     body = solid(shape, 0.1, folder)
     if shape == 'box':
@@ -73,7 +73,7 @@ def moving(folder: Path, shape: str, *, seconds: float, rate: int, **parameters:
     return cloth
 
 
-@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shape', each_shape())
 def test_the_outcome_does_not_depend_on_the_rate_of_ticks(folder, shape):
     """To rounding, where the same substeps are made in the same batches."""
     one, *others = (
@@ -99,7 +99,7 @@ def test_other_batches_change_less_than_other_substeps(folder, shape):
         assert np.linalg.norm(change) < 0.5 * np.linalg.norm(finer - one)
 
 
-@pytest.mark.parametrize('shape', SHAPES)
+@pytest.mark.parametrize('shape', each_shape())
 @pytest.mark.parametrize('precision', PRECISIONS)
 def test_a_snapshot_gives_the_same_bits_again(folder, shape, precision):
     """Taken while the collider moves, turns and touches the sheet."""
