@@ -10,6 +10,7 @@ Needs no ROS: pip install 'cloth_ros[many]'.  The results are one HDF5 file.
 
 import argparse
 import itertools
+import logging
 import os
 import sys
 import time
@@ -190,6 +191,7 @@ def main() -> int:
                     file[name][number] = value
                 file['done'][number] = True
         except KeyboardInterrupt:
+            logging.disable()  # Dask logs each of its requests that the end cuts off
             runs.close()
             done = int(file['done'][:].sum())
             print(f'\nstopped: {done} of {len(scenes)} runs are in {options.out}', file=sys.stderr)
