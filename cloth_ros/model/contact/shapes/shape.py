@@ -3,7 +3,7 @@ Interface of shapes: a signed distance for the kernels of contact, and a few len
 
 Particles are kept out of an offset surface, so far from the true one that flat triangles whose
 corners lie on it do not cut the shape.  Let ρ be the circumradius of a triangle.  Of a ball of
-radius R, the offset is at least √(R² + ρ²) − R: a point p of the triangle at the least distance d
+radius R, the offset is √(R² + ρ²) − R: a point p of the triangle at the least distance d
 from the centre has a corner within ρ of it, on the far side of the plane through p across that
 direction, so that d² ≥ R² + ρ² − ρ².  A plane needs no offset.
 Beside a convex edge of 90 degrees it is ρ, and decreases along each face to 0 at `RAMP` ρ from the

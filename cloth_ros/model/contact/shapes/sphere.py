@@ -20,8 +20,7 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
 
     The reference point p is on the sphere.  With n the normal there and κ = 1/R, a point at y from
     p is R √(1 + 2 κ s) from the centre, s = n·y + κ y²/2, and so 2 s/(1 + √(1 + 2 κ s)) from the
-    sphere: no difference of two large numbers, however large the sphere.  The offset is the series
-    of √(R² + ρ²) − R in κ ρ up to the sixth power, which is a little more.
+    sphere: no difference of two large numbers, however large the sphere.
     """
     kappa = constants[0]
     nx, ny, nz = to_world(rotation, constants[1], constants[2], constants[3])
@@ -31,9 +30,9 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     squared = max(one + (kappa + kappa) * s, constants[TINY])
     scale, root = reciprocal_root(one, squared)
     share, _ = reciprocal_root(one, one + root)
-    half = constants[HALF]
-    bent = kappa * kappa * rho * rho
-    offset = half * kappa * rho * rho * (one - half * half * bent * (one - half * bent))
+    _, far = reciprocal_root(one, one + kappa * kappa * rho * rho)
+    part, _ = reciprocal_root(one, one + far)
+    offset = kappa * rho * rho * part * part
     return (
         (s + s) * share * share - offset,
         scale * (nx + kappa * x),
