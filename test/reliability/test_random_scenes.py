@@ -107,6 +107,7 @@ def test_failed_once(case):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1200)  # where kernels of all shapes have to be compiled first
 def test_random_scenes(long, measured):
     """
     Random scenes: all is finite, pins do not move by a bit, energy is at most what there was plus
