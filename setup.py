@@ -9,6 +9,8 @@ NAME = 'cloth_ros'
 DOCS = ['sphinx', 'myst-parser', 'furo', 'sphinx-copybutton', 'sphinxcontrib-programoutput']
 # What examples/many_cloths.py needs.
 MANY = ['distributed', 'h5py', 'tqdm']
+# What cloth_resimulate needs: bags, a plot, progress; mcap reads files that end too early.
+RECORDING = ['rosbags', 'mcap', 'matplotlib', 'tqdm', 'distributed']
 
 setup(
     name=NAME,
@@ -27,7 +29,7 @@ setup(
     ],
     python_requires='>=3.10',
     # trimesh reads the files of mesh colliders; it needs nothing but NumPy.
-    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh'],
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh', 'msgspec'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
         # rclpy is used, so they are no requirement of the package itself.
@@ -46,14 +48,15 @@ setup(
             'ruff',
             'mypy',
             'types-PyYAML',
-            'rosbags',
             'cyclonedds',
             'playwright',
             'colcon-common-extensions',
             'colcon-ros',
             *DOCS,
             *MANY,
+            *RECORDING,
         ],
+        'recording': RECORDING,
         # What examples/record.py needs.
         'record': ['rosbags'],
         'docs': DOCS,
@@ -74,6 +77,7 @@ setup(
         'console_scripts': [
             'cloth_node = cloth_ros.node.main:command',
             'cloth_tradeoff = cloth_ros.tradeoff.main:main',
+            'cloth_resimulate = cloth_ros.recording.main:main',
             'cloth_viewer = cloth_ros.viewer.main:command',
         ]
     },

@@ -23,7 +23,7 @@ from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
@@ -166,6 +166,20 @@ class Probe(Node):
             assert time.monotonic() < end, 'the condition did not hold in time'
             self._executor.spin_once(timeout_sec=0.05)
 
+    def handle_all(self, condition: Callable[[], object], wait: float = 0.05) -> object:
+        """Handle what has arrived, after a wait of some seconds if that is nothing, or until so."""
+        end = time.monotonic() + 1.0  # a node may publish faster than is handled here
+        while not (held := condition()) and time.monotonic() < end:
+            try:
+                handler, _, _ = self._executor.wait_for_ready_callbacks(timeout_sec=wait)
+            except TimeoutException:
+                break
+            handler()
+            if (error := handler.exception()) is not None:
+                raise error
+            wait = 0.0
+        return held
+
     def spin_for(self, seconds: float) -> None:
         """Handle messages for some seconds."""
         end = time.monotonic() + seconds
@@ -280,13 +294,17 @@ def dumped(values: dict[str, object], node: str = '/cloth') -> str:
 def publish_until(
     condition: Callable[[], object], probe: Probe, publisher, messages: Iterator
 ) -> None:
-    """Publish messages until a condition holds; a busy node takes only the newest of them."""
+    """
+    Publish messages until a condition holds; a busy node takes only the newest of them.
 
-    def published() -> object:
+    All that has arrived is handled before the next message is published: a probe with several
+    subscriptions would otherwise fall behind the node, ever further.
+    """
+    end = time.monotonic() + PATIENCE
+    publisher.publish(next(messages))
+    while not probe.handle_all(condition):
+        assert time.monotonic() < end, 'the condition did not hold in time'
         publisher.publish(next(messages))
-        return condition()
-
-    probe.spin_until(published)
 
 
 def diagnosis(probe: Probe) -> dict[str, str]:

@@ -24,12 +24,14 @@ from .compile_kernels import kinds_of
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
 from .kernel_compiler import NICEST, KernelCompiler, Log
+from .keyframe import Keyframe, keyframe_of
 from .overload import OVERLOADED
 from .pacing import Pacing
 from .reconfiguration import Reconfiguration
 from .report import Report, contact_values
 from .slow_motion import SlowMotion
 from .solver_summary import solver_summary
+from .tick_record import TickRecorder
 
 # Share of a core for the error estimate; with its bookkeeping it takes 5 %.
 _ESTIMATE_SHARE = 0.045
@@ -57,6 +59,8 @@ class LiveCloth:
         True while time does not pass; assign to pause and resume.
     revision
         Counts the changes of the state, by a tick or a reset.
+    record
+        Collects what acts on the cloth in each tick.
 
     Raises
     ------
@@ -82,6 +86,7 @@ class LiveCloth:
         self._rollbacks = RollbackCounts()
         self._may_change = True
         self._summary_due = False
+        self.record = TickRecorder()
         self.running = False
         self.paused = False
         self.revision = 0
@@ -125,6 +130,16 @@ class LiveCloth:
     def write_positions(self, out: Array) -> None:
         """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""
         self._published.write_positions(out)
+
+    @property
+    def time(self) -> float:
+        """Simulated time, s."""
+        return self._published.cloth.time
+
+    def keyframe(self, tick: int, stamp: int) -> Keyframe:
+        """Return the exact state after a tick of that number, stamped in ns."""
+        now = self._published
+        return keyframe_of(now.cloth, now.scene, now.spacing, tick, stamp)
 
     # Commands
 
@@ -180,6 +195,7 @@ class LiveCloth:
         """Return to the initial state."""
         self._change_scene()
         self._published.cloth.reset()
+        self.record.reset()
         self._estimator.restart()
         self._pacing.discard()
         self._start.release()
@@ -234,6 +250,7 @@ class LiveCloth:
             return True
         self.revision += 1
         start, cpu = time.perf_counter(), time.thread_time()
+        inputs = cloth.inputs
         if self._estimating:
             self._estimator.observe(count * substep)
         for _ in self._start.advance(cloth, count * substep):
@@ -242,6 +259,7 @@ class LiveCloth:
         if self._start.held:
             pacing.discard()
             return True
+        self.record.advanced(inputs, count * substep, substep)
         wall, cpu = time.perf_counter() - start, time.thread_time() - cpu
         pacing.done(count, substep, wall, cpu)
         self._substeps += cloth.substeps
@@ -277,6 +295,7 @@ class LiveCloth:
             return
         level = change.level
         self._published = self._published.changed(level.scene, level.spacing)
+        self.record.configured(level.scene, level.spacing)
         self._start.abandon()
         self._begin()
         self._estimator.restart(self._published.cloth)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.qos import QoSProfile
 
 from .context import Context
 from .qos import overridable_qos
@@ -23,6 +24,8 @@ class TolerantPublisher:
         Message type.
     topic
         Name, which may be relative or private.
+    profile
+        Quality of service, if it is not the usual one; its queue can be overridden in any case.
 
     Attributes
     ----------
@@ -31,9 +34,11 @@ class TolerantPublisher:
 
     """
 
-    def __init__(self, context: Context, kind: type, topic: str) -> None:
+    def __init__(
+        self, context: Context, kind: type, topic: str, profile: QoSProfile | None = None
+    ) -> None:
         self._node = context.node
-        self._publisher = context.node.create_publisher(kind, topic, **overridable_qos())
+        self._publisher = context.node.create_publisher(kind, topic, **overridable_qos(profile))
         self.topic = self._publisher.topic_name
         self._name = topic.removeprefix('~').removeprefix('/')
         self._unsent = context.unsent

@@ -28,11 +28,11 @@ _POLICIES: dict[str, tuple[object, ParameterSpec]] = {
 }
 
 
-def overridable_qos() -> dict[str, Any]:
+def overridable_qos(profile: QoSProfile | None = None) -> dict[str, Any]:
     """Return the arguments for a publisher or subscription whose queue users may override."""
     # A profile of its own for each: rclpy writes the overrides into it.
     return {
-        'qos_profile': QoSProfile(depth=DEPTH),
+        'qos_profile': profile or QoSProfile(depth=DEPTH),
         'qos_overriding_options': QoSOverridingOptions.with_default_policies(),
     }
 

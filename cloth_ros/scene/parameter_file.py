@@ -318,6 +318,11 @@ def _merge(into: dict[str, Any], values: Mapping[str, Any]) -> None:
             into[name] = value
 
 
+def text_of(parameters: Mapping[str, Any]) -> str:
+    """Return the text of a file with nested parameters, for nodes of any name."""
+    return write_tree({'/**': {_PARAMETERS: parameters}})
+
+
 def save(path: str | os.PathLike[str], parameters: Mapping[str, Any]) -> None:
     """
     Write nested parameters to a file that `read` and ROS read; a file that exists is replaced.
@@ -331,7 +336,7 @@ def save(path: str | os.PathLike[str], parameters: Mapping[str, Any]) -> None:
 
     """
     _check_path(path)
-    text = write_tree({'/**': {_PARAMETERS: parameters}}).encode()
+    text = text_of(parameters).encode()
     if len(text) > _LARGEST:
         raise ValueError(
             f'the scene is a file of {len(text)} bytes, but must be one of at most {_LARGEST}; '

@@ -240,10 +240,14 @@ def stepped_node() -> Iterator[SteppedCloth]:
 
 
 @pytest.fixture
-def cloth(stepped_node: SteppedCloth) -> SteppedCloth:
+def cloth(stepped_node: SteppedCloth) -> Iterator[SteppedCloth]:
     """The stepped node in its initial state: a sheet that floats at z = 1, a sphere above it."""
     stepped_node.restore()
-    return stepped_node
+    probe = stepped_node.probe
+    before = set(probe.subscriptions)
+    yield stepped_node
+    for subscription in set(probe.subscriptions) - before:  # of the test, which has ended
+        probe.destroy_subscription(subscription)
 
 
 @pytest.fixture(scope='session', autouse=True)

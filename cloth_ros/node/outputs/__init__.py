@@ -13,6 +13,7 @@ from typing import Protocol
 from ..context import Context
 from .markers import MarkersOutput
 from .particles import ParticlesOutput
+from .recording import RecordingOutput
 from .wrenches import WrenchesOutput
 
 
@@ -41,4 +42,5 @@ OUTPUTS: tuple[Callable[[Context], Output], ...] = (
     ParticlesOutput,
     MarkersOutput,
     WrenchesOutput,
+    RecordingOutput,
 )

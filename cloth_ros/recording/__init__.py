@@ -1,0 +1,1 @@
+"""Recordings of a live cloth: repeated to the bit, or simulated again with other settings."""

@@ -1,0 +1,178 @@
+"""Read the messages of a bag, as far as it can be read."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mcap.reader import NonSeekingReader
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+_METADATA = 'metadata.yaml'
+_STORAGES = ('.mcap', '.db3')
+
+
+class Message(NamedTuple):
+    """
+    A message of a bag.
+
+    Attributes
+    ----------
+    topic, type
+        Names.
+    received
+        When the recorder received it, ns.
+    data
+        Serialised message (CDR).
+
+    """
+
+    topic: str
+    type: str
+    received: int
+    data: bytes
+
+
+def one_line(error: BaseException) -> str:
+    """Return why something failed, in one line."""
+    return ' '.join(str(error).split()) or type(error).__name__
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.iterdir() if file.suffix in _STORAGES)
+
+
+class Bag:
+    """
+    A bag of rosbag2, MCAP or SQLite, which is read as a stream.
+
+    Parameters
+    ----------
+    path
+        Folder of the bag, or one of its files.
+
+    Attributes
+    ----------
+    topics
+        Types by topic; known before all has been read where the bag has an index.
+    count
+        Number of messages by topic; empty where the bag has no index.
+    defects
+        What is wrong with the bag, in one line each; complete when all has been read.
+
+    Raises
+    ------
+    ValueError
+        There is no bag, or nothing of it can be read.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.topics: dict[str, str] = {}
+        self.count: dict[str, int] = defaultdict(int)
+        self.defects: list[str] = []
+        self._parts = [part for found in self._find_parts() for part in self._readable(found)]
+        if not self._parts:
+            raise ValueError(f'{path} cannot be read: {"; ".join(self.defects)}')
+
+    def _find_parts(self) -> list[Path]:
+        path = self.path
+        if not path.exists():
+            raise ValueError(f'{path} does not exist; give the folder of a bag')
+        if path.is_file() and path.suffix not in _STORAGES:
+            raise ValueError(
+                f'{path} is no bag; give a folder of rosbag2, or an .mcap or .db3 file'
+            )
+        if path.is_file() or (path / _METADATA).exists():
+            return [path]
+        files = _files(path)
+        if not files:
+            raise ValueError(
+                f'{path} is no bag: it has no {_METADATA} and no .mcap or .db3 file; give the '
+                'folder of a bag'
+            )
+        self.defects.append(f'{_METADATA} is missing, the recorder was killed; its files are read')
+        return files
+
+    def _readable(self, part: Path) -> list[Path]:
+        """Take topics and counts of a part; return it, or what of it can be read."""
+        try:
+            with Reader(part) as reader:
+                for each in reader.connections:
+                    self.topics[each.topic] = each.msgtype
+                    self.count[each.topic] += each.msgcount
+        except Exception as error:  # the libraries raise many for damaged files
+            if part.is_dir():  # its index is damaged, or one of its files
+                self.defects.append(f'{part.name}: {one_line(error)}')
+                return [file for each in _files(part) for file in self._readable(each)]
+            if part.suffix == '.mcap' and self._scan_topics(part):
+                self.count.clear()
+                return [part]
+            self.defects.append(f'{part.name}: {one_line(error)}')
+            return []
+        return [part]
+
+    def _scan_topics(self, part: Path) -> bool:
+        """Take the topics of a file without index, from its first messages."""
+        try:
+            for number, message in enumerate(_stream(part)):
+                self.topics[message.topic] = message.type
+                if number > 1000:
+                    break
+        except Exception:
+            pass
+        return bool(self.topics)
+
+    def messages(self) -> Iterator[Message]:
+        """Yield all messages in the order of their reception; what cannot be read is left out."""
+        for part in self._parts:
+            last = None
+            try:
+                for last in self._part(part):
+                    yield last
+            except Exception as error:
+                until = f'after the message at {last.received} ns' if last else 'at once'
+                self.defects.append(f'{part.name} ends {until}: {one_line(error)}')
+
+    @staticmethod
+    def _part(part: Path) -> Iterator[Message]:
+        try:
+            reader = Reader(part)
+            reader.open()
+        except Exception:
+            if part.suffix != '.mcap':
+                raise
+            yield from _stream(part)  # what was written before the recorder was killed
+            raise
+        with reader:
+            for connection, received, data in reader.messages():
+                yield _message(connection, received, data)
+
+
+def _message(connection: Connection, received: int, data: bytes) -> Message:
+    return Message(connection.topic, connection.msgtype, received, data)
+
+
+def _stream(part: Path) -> Iterator[Message]:
+    """Yield the messages of an MCAP file from its begin, without its index."""
+    with part.open('rb') as file:
+        reader = NonSeekingReader(file)
+        for schema, channel, message in reader.iter_messages(log_time_order=False):
+            name = schema.name if schema else ''
+            yield Message(channel.topic, name, message.log_time, message.data)
+
+
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+
+
+def deserialise(message: Message) -> Any:
+    """Return a message as an object; raises ValueError if its bytes are not one."""
+    try:
+        return _TYPES.deserialize_cdr(message.data, message.type)
+    except Exception as error:
+        raise ValueError(f'a message on {message.topic} is damaged: {one_line(error)}') from None

@@ -1,0 +1,188 @@
+"""Command `cloth_resimulate`: repeat a recorded session, or simulate it again."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ..interrupt import StopSignal
+from ..scene.parameter_file import read_value
+
+_METHODS = ('single', 'double', 'auto')
+
+
+class _Parser(argparse.ArgumentParser):
+    """Argument parser with error messages of one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the error in one line and exit with code 2."""
+        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(
+        prog='cloth_resimulate',
+        description='Repeat a recorded session of a live cloth and compare it with the recorded '
+        'states, bit by bit; or, with other settings, simulate it again from the same inputs, and '
+        'write a new bag and the error of the recorded run.',
+        epilog='examples: cloth_resimulate my_bag;  cloth_resimulate my_bag --tolerance 1e-5 '
+        '--precision double.  The exit code is 0, 1 if a recorded state differs, 2 for an error.',
+    )
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag, or folder of bags')
+    parser.add_argument('--cloth', metavar='NODE', help='full name of the node, such as /cloth')
+    new = parser.add_argument_group('simulate again with')
+    new.add_argument('--substeps', type=int, metavar='N', help='substeps a tick')
+    new.add_argument('--precision', choices=_METHODS, help='of the numbers')
+    new.add_argument('--tolerance', type=float, metavar='M', help='position error aimed for [m]')
+    new.add_argument(
+        '--grid', type=float, metavar='FACTOR', help='so many times as fine a grid: 2, 0.5, …'
+    )
+    new.add_argument(
+        '--set', action='append', default=[], metavar='NAME=VALUE', help='any other parameter'
+    )
+    new.add_argument(
+        '--window',
+        type=float,
+        metavar='S',
+        help='begin again from the recorded state after each S seconds, and so measure the error '
+        'that is added in them, as the live estimate does (default: never)',
+    )
+    new.add_argument(
+        '--errors',
+        action='store_true',
+        help='write the error of each particle to the new bag, as the topic NODE/error',
+    )
+    parser.add_argument(
+        '--out', type=Path, metavar='DIR', help='folder of the results (default: BAG_resimulated)'
+    )
+    parser.add_argument('--scheduler', metavar='ADDRESS', help='Dask cluster for a folder of bags')
+    return parser
+
+
+def _changes(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the parameters to change; raises ValueError."""
+    changes: dict[str, Any] = {}
+    for text in options.set:
+        name, equals, value = text.partition('=')
+        if not equals or not name:
+            raise ValueError(f'--set {text} has no value; write --set {name or "drag"}=VALUE')
+        changes[name] = read_value(name, value)
+    if options.tolerance is not None:
+        changes |= {'solver.tolerance': options.tolerance, 'solver.substeps': 0}
+    if options.substeps is not None:
+        changes['solver.substeps'] = options.substeps
+    if options.precision is not None:
+        changes['solver.precision'] = options.precision
+    return changes
+
+
+def _is_bag(path: Path) -> bool:
+    return (path / 'metadata.yaml').exists() or any(
+        file.suffix in ('.mcap', '.db3') for file in path.iterdir()
+    )
+
+
+def _bags(path: Path) -> list[Path]:
+    """Return the bags in a folder of bags; empty if the path is a bag itself."""
+    if not path.is_dir() or _is_bag(path):
+        return []
+    return sorted(each for each in path.iterdir() if each.is_dir() and _is_bag(each))
+
+
+class _Bar:
+    """Progress bar over the ticks of a bag, with the time that is left."""
+
+    def __init__(self, stop: StopSignal) -> None:
+        from tqdm import tqdm
+
+        self._stop = stop
+        self._bar = tqdm(unit='tick', disable=None, leave=False)
+
+    def __call__(self, done: int, total: int) -> None:
+        self._stop.check()
+        if total and self._bar.total != total:
+            self._bar.total = total
+        self._bar.update(done - self._bar.n)
+
+    def close(self) -> None:
+        self._bar.close()
+
+
+def _run(options: argparse.Namespace, stop: StopSignal) -> int:
+    with stop.deferred():
+        from .many import on_dask
+        from .resimulation import Settings
+        from .run import Outcome, repeat, resimulate
+
+    changes = _changes(options)
+    window = 0.0 if options.window is None else options.window
+    if window and not 0 < window <= 1e6:
+        raise ValueError(f'--window is {window:g}, but must be above 0 and at most 1e6 s; write 1')
+    refinement = 1.0 if options.grid is None else options.grid
+    if not 0 < refinement <= 100:
+        raise ValueError(f'--grid is {refinement:g}, but must be above 0 and at most 100; write 2')
+    settings = None
+    if changes or options.grid is not None or options.window is not None or options.errors:
+        settings = Settings(changes, refinement, window, options.errors)
+    bags = _bags(options.bag)
+    path = options.bag
+    folder = options.out or path.with_name(f'{path.resolve().name}_resimulated')
+    outcomes: list[Outcome] = []
+    if bags:
+        ended = on_dask(bags, options.cloth, settings, folder, options.scheduler, stop)
+        for bag, outcome in ended:
+            outcomes.append(outcome)
+            print(*(f'{bag.name}: {line}' for line in outcome.lines), sep='\n', flush=True)
+            stop.check()
+    else:
+        bar = _Bar(stop)
+        try:
+            if settings is None:
+                outcomes = [repeat(path, options.cloth, bar)]
+            else:
+                outcomes = [resimulate(path, options.cloth, settings, folder, bar)]
+        finally:
+            bar.close()
+        print(*outcomes[0].lines, sep='\n')
+        if settings is not None:
+            print(f'{folder} written')
+    if bags or (settings is None and options.out is not None):
+        folder.mkdir(parents=True, exist_ok=True)
+        results = [outcome.result for outcome in outcomes]
+        (folder / 'results.json').write_text(json.dumps(results, indent=1) + '\n')
+    if any('error' in outcome.result for outcome in outcomes):
+        return 2
+    return 0 if all(outcome.identical for outcome in outcomes) else 1
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Do what the command line says until Ctrl-C; return the exit code."""
+    options = _parser().parse_args(args)
+    stop = StopSignal(signal.SIGINT)
+    try:
+        return _run(options, stop)
+    except BaseException as error:
+        if stop.requested:
+            logging.disable()  # Dask logs each request that the end cuts off
+            print('\ncloth_resimulate: stopped; what was written is complete', file=sys.stderr)
+            return 130
+        if isinstance(error, ModuleNotFoundError):
+            reason = f"{error.name} is not installed; pip install 'cloth_ros[recording]'"
+        elif isinstance(error, (ValueError, OSError)):
+            reason = str(error)
+        else:
+            raise
+        print(f'cloth_resimulate: {reason}', file=sys.stderr)
+        return 2
+    finally:
+        stop.restore()
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,121 @@
+"""Write a bag of the form in which a live cloth is recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from ..live.keyframe import Keyframe
+from ..live.tick_record import TickRecord, scene_text
+from ..scene import Scene
+from .bag import Message
+from .recorded_cloth import TYPES
+
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+_FLOAT32 = 7  # of sensor_msgs/PointField
+_STATE = ('x', 'y', 'z', 'vx', 'vy', 'vz')
+_ERROR = ('x', 'y', 'z', 'error')
+
+
+class OutputBag:
+    """
+    A new bag with particles, records, keyframes and scenes of a cloth, and copies of the inputs.
+
+    Parameters
+    ----------
+    path
+        Folder to make.
+    node
+        Full name of the node of the cloth.
+    frame_id
+        Frame of the positions.
+
+    Raises
+    ------
+    ValueError
+        The folder exists already or cannot be made.
+
+    """
+
+    def __init__(self, path: Path, node: str, frame_id: str) -> None:
+        if path.exists():
+            raise ValueError(f'{path} exists already; give the name of a new folder')
+        self._node, self._frame_id = node, frame_id
+        try:
+            self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+        except OSError as error:
+            raise ValueError(f'{path}: {error.strerror}; give a folder to write to') from None
+        self._connections: dict[str, Any] = {}
+
+    def close(self) -> None:
+        """Complete the bag."""
+        self._writer.close()
+
+    def copy(self, message: Message) -> None:
+        """Write a message of another bag; one of a type that is not known is left out."""
+        if message.topic not in self._connections:
+            try:
+                self._connections[message.topic] = self._writer.add_connection(
+                    message.topic, message.type, typestore=_TYPES
+                )
+            except Exception:  # a message of somebody else's package
+                self._connections[message.topic] = None
+        connection = self._connections[message.topic]
+        if connection is not None:
+            self._writer.write(connection, message.received, message.data)
+
+    def _write(self, name: str, kind: str, stamp: int, message: object) -> None:
+        data = bytes(_TYPES.serialize_cdr(message, kind))
+        self.copy(Message(f'{self._node}/{name}', kind, stamp, data))
+
+    def write_record(self, record: TickRecord) -> None:
+        """Write the record of a tick."""
+        text = _TYPES.types[TYPES['ticks']](data=record.encode())
+        self._write('ticks', TYPES['ticks'], record.stamp, text)
+
+    def write_scene(self, scene: Scene, stamp: int) -> None:
+        """Write the scene as it runs from a time in ns on."""
+        text = _TYPES.types[TYPES['scene']](data=scene_text(scene))
+        self._write('scene', TYPES['scene'], stamp, text)
+
+    def write_keyframe(self, keyframe: Keyframe) -> None:
+        """Write a keyframe."""
+        kind, types = TYPES['keyframes'], _TYPES.types
+        layout = types['std_msgs/msg/MultiArrayLayout'](dim=[], data_offset=0)
+        data = np.frombuffer(keyframe.encode(), np.uint8)
+        self._write('keyframes', kind, keyframe.stamp, types[kind](layout=layout, data=data))
+
+    def write_particles(self, stamp: int, values: NDArray[np.float32]) -> None:
+        """Write x y z vx vy vz of every particle, shape (rows, columns, 6), stamped in ns."""
+        self._write('particles', TYPES['particles'], stamp, self._cloud(stamp, values, _STATE))
+
+    def write_errors(self, stamp: int, values: NDArray[np.float32]) -> None:
+        """Write x y z of every particle and its error, m, shape (rows, columns, 4)."""
+        self._write('error', TYPES['particles'], stamp, self._cloud(stamp, values, _ERROR))
+
+    def _cloud(self, stamp: int, values: NDArray[np.float32], names: tuple[str, ...]) -> Any:
+        types = _TYPES.types
+        rows, columns, size = values.shape
+        seconds, nanoseconds = divmod(stamp, 10**9)
+        time = types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)
+        make_field = types['sensor_msgs/msg/PointField']
+        return types[TYPES['particles']](
+            header=types['std_msgs/msg/Header'](stamp=time, frame_id=self._frame_id),
+            height=rows,
+            width=columns,
+            fields=[
+                make_field(name=name, offset=4 * index, datatype=_FLOAT32, count=1)
+                for index, name in enumerate(names)
+            ],
+            is_bigendian=False,
+            point_step=4 * size,
+            row_step=4 * size * columns,
+            data=np.ascontiguousarray(values, np.float32).view(np.uint8).reshape(-1),
+            is_dense=True,
+        )

@@ -1,0 +1,186 @@
+"""What a bag says of one cloth: records of ticks, keyframes, published states, estimates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..live.keyframe import Keyframe, decode_keyframe
+from ..live.tick_record import TickRecord, decode_record
+from .bag import Bag, Message, deserialise
+
+TYPES = {
+    'ticks': 'std_msgs/msg/String',
+    'keyframes': 'std_msgs/msg/UInt8MultiArray',
+    'particles': 'sensor_msgs/msg/PointCloud2',
+    'scene': 'std_msgs/msg/String',
+}
+_DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
+_FIELDS = 6  # x y z vx vy vz, in single precision
+
+
+class Particles(NamedTuple):
+    """
+    A published state.
+
+    Attributes
+    ----------
+    stamp
+        Its time, ns.
+    values
+        x y z vx vy vz of every particle, m and m/s, float32, shape (rows, columns, 6).
+
+    """
+
+    stamp: int
+    values: NDArray[np.float32]
+
+
+class LiveEstimate(NamedTuple):
+    """
+    Error estimate that the node published: the error that was added in a window.
+
+    Attributes
+    ----------
+    largest
+        Of any particle, m.
+    seconds, time
+        Length of the window, and simulated time at its end, s.
+
+    """
+
+    largest: float
+    seconds: float
+    time: float
+
+
+Event = TickRecord | Keyframe | Particles | LiveEstimate | Message
+
+
+class RecordedCloth:
+    """
+    One cloth of a bag.
+
+    Parameters
+    ----------
+    bag
+        The bag.
+    node
+        Full name of the node, such as `/cloth`; None: the only one that there is.
+
+    Attributes
+    ----------
+    node
+        Full name of the node.
+    ticks
+        Number of records; 0 if the bag has no index.
+    has_particles
+        True if states were recorded.
+
+    Raises
+    ------
+    ValueError
+        The bag lacks what a replay needs, or has several cloths.
+
+    """
+
+    def __init__(self, bag: Bag, node: str | None = None) -> None:
+        self._bag = bag
+        self.node = _choose(bag, node)
+        for name in ('ticks', 'keyframes'):
+            if bag.topics.get(self.topic(name)) != TYPES[name]:
+                raise ValueError(
+                    f'{bag.path} has no {self.topic(name)}, so {self.node} cannot be repeated; '
+                    f'record {" ".join(self.topic(each) for each in TYPES)} as well'
+                )
+        self.has_particles = self.topic('particles') in bag.topics
+        self.ticks = bag.count.get(self.topic('ticks'), 0)
+
+    def topic(self, name: str) -> str:
+        """Return the full name of a topic of the node."""
+        return f'{self.node}/{name}'
+
+    def events(self) -> Iterator[Event]:
+        """Yield what the bag says, in the order of reception; other messages as they are."""
+        readers: dict[str, Callable[[Message], Event]] = {
+            self.topic('ticks'): _record,
+            self.topic('keyframes'): _keyframe,
+            self.topic('particles'): _particles,
+        }
+        for message in self._bag.messages():
+            read = readers.get(message.topic)
+            if read is None:
+                if message.type == _DIAGNOSTICS:
+                    yield from self._estimates(message)
+                elif message.topic != self.topic('scene'):
+                    yield message
+                continue
+            try:
+                yield read(message)
+            except ValueError as error:
+                self._bag.defects.append(str(error))
+
+    def _estimates(self, message: Message) -> Iterator[LiveEstimate]:
+        for status in deserialise(message).status:
+            if status.name != f'{self.node}: simulation':
+                continue
+            values = {item.key: item.value for item in status.values}
+            try:
+                age, now = values['error estimate, age [s]'], values['simulated time [s]']
+                yield LiveEstimate(
+                    float(values['error estimate [m]']),
+                    float(values['error estimate, window [s]']),
+                    float(now) - float(age),
+                )
+            except (KeyError, ValueError):  # there was none yet
+                continue
+
+
+def _choose(bag: Bag, node: str | None) -> str:
+    nodes = sorted(
+        topic.removesuffix('/particles')
+        for topic, kind in bag.topics.items()
+        if topic.endswith('/particles') and kind == TYPES['particles']
+    )
+    nodes = nodes or sorted(
+        topic.removesuffix('/ticks') for topic in bag.topics if topic.endswith('/ticks')
+    )
+    if node is not None and node not in nodes:
+        known = ', '.join(nodes) or 'none'
+        raise ValueError(f'{bag.path} has no cloth {node}; --cloth can be: {known}')
+    if node is not None:
+        return node
+    if not nodes:
+        topics = ', '.join(sorted(bag.topics)) or 'none'
+        raise ValueError(f'{bag.path} is no recording of a cloth; it has the topics: {topics}')
+    if len(nodes) > 1:
+        raise ValueError(
+            f'{bag.path} has several cloths: {", ".join(nodes)}; add --cloth {nodes[0]}'
+        )
+    return nodes[0]
+
+
+def _record(message: Message) -> TickRecord:
+    try:
+        return decode_record(deserialise(message).data)
+    except ValueError as error:
+        raise ValueError(f'a record on {message.topic} is damaged: {error}') from None
+
+
+def _keyframe(message: Message) -> Keyframe:
+    try:
+        return decode_keyframe(bytes(deserialise(message).data))
+    except ValueError as error:
+        raise ValueError(f'a keyframe on {message.topic} is damaged: {error}') from None
+
+
+def _particles(message: Message) -> Particles:
+    cloud: Any = deserialise(message)
+    shape = (cloud.height, cloud.width, _FIELDS)
+    if cloud.point_step != 4 * _FIELDS or len(cloud.data) != 4 * np.prod(shape):
+        raise ValueError(f'a message on {message.topic} has other fields than x y z vx vy vz')
+    stamp = cloud.header.stamp.sec * 10**9 + cloud.header.stamp.nanosec
+    return Particles(stamp, np.frombuffer(cloud.data, np.float32).reshape(shape))

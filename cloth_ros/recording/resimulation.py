@@ -1,0 +1,187 @@
+"""Simulate a recorded session again with another scene, and measure the error of the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..live.tick_record import CONFIGURED
+from ..model import check_scene
+from ..model.resample import resample_scene
+from ..scene import Scene
+from .comparison import gap_text
+from .error_history import ErrorEntry, ErrorHistory
+from .output_bag import OutputBag
+from .recorded_cloth import LiveEstimate
+from .repeated_cloth import OtherCloth, RepeatedCloth
+from .timeline import Checkpoint, Entry, Gap, Start, Step
+
+_KEYFRAME = 10.0  # s of ticks, from one keyframe of the new bag to the next
+_LIMIT = 4096  # estimates and windows that are kept: memory must not grow with the bag
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    How to simulate a session again.
+
+    Attributes
+    ----------
+    parameters
+        Those that differ from the recorded scene, by name.
+    refinement
+        Divisor of the spacing of the grid.
+    window
+        Simulated time, s, after which the new run begins again from the recorded state, so that
+        the error that is added in each window is measured, as the live estimate does; 0: never.
+    errors
+        Whether to write the error of each particle to the new bag.
+
+    """
+
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    refinement: float = 1.0
+    window: float = 0.0
+    errors: bool = False
+
+    def scene(self, recorded: Scene) -> Scene:
+        """Return the scene to simulate for a recorded one; raises ValueError."""
+        scene = recorded.with_parameters(self.parameters)
+        finer = resample_scene(scene, self.refinement)
+        if finer is None:
+            raise ValueError(
+                f'--grid is {self.refinement:g}, but a side must have 3 to 512 particles, and '
+                'pins that can be written; choose a value nearer to 1'
+            )
+        check_scene(finer)
+        return finer
+
+
+class Resimulation:
+    """
+    A new run beside the recorded one.
+
+    Parameters
+    ----------
+    settings
+        How to simulate.
+    folder
+        Where to write ``error.csv`` and the new bag; it exists.
+    node
+        Full name of the recorded node.
+
+    Attributes
+    ----------
+    history
+        Error of the recorded run.
+    estimates
+        Live estimates of the recorded run, the last ones.
+    windows
+        Error at the end of each window, the last ones.
+    gaps
+        Ticks that were lost by the recorder, in words.
+
+    """
+
+    def __init__(self, settings: Settings, folder: Path, node: str) -> None:
+        self._settings, self._folder, self._node = settings, folder, node
+        self._other = OtherCloth(settings.scene)
+        self._exact = RepeatedCloth() if settings.window else None
+        self._bag: OutputBag | None = None
+        self._next_keyframe = 0
+        self._window_end = 0.0
+        self.history = ErrorHistory(folder / 'error.csv')
+        self.estimates: list[LiveEstimate] = []
+        self.windows: list[ErrorEntry] = []
+        self.gaps: list[str] = []
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the new run."""
+        return self._other.cloth.scene
+
+    def take(self, entry: Entry) -> None:
+        """Simulate an entry of the timeline; raises ValueError for a damaged one."""
+        if isinstance(entry, Start):
+            self._start(entry)
+        elif isinstance(entry, Step):
+            self._step(entry)
+        elif isinstance(entry, Gap):
+            self.gaps.append(gap_text(entry))
+        elif isinstance(entry, LiveEstimate):
+            if not self.estimates or self.estimates[-1].largest != entry.largest:
+                self.estimates.append(entry)
+                del self.estimates[:-_LIMIT]
+        elif not isinstance(entry, Checkpoint) and self._bag is not None:
+            self._bag.copy(entry)
+
+    def _start(self, entry: Start) -> None:
+        keyframe = entry.keyframe
+        self._other.start(keyframe)
+        if self._exact is not None:
+            self._exact.start(keyframe)
+            self._window_end = self._other.cloth.time + self._settings.window
+            return
+        if self._bag is None:
+            self._bag = OutputBag(self._folder / 'bag', self._node, self.scene.frame_id)
+        self._bag.write_scene(self.scene, keyframe.stamp)
+        self._write_keyframe(self._bag, keyframe.tick, keyframe.stamp)
+
+    def _step(self, entry: Step) -> None:
+        record = entry.record
+        self._other.repeat(record)
+        distance = None
+        if entry.recorded is not None:
+            positions = entry.recorded[..., :3].astype(float)
+            rows, columns, _ = positions.shape
+            distance = np.linalg.norm(self._other.positions_on(rows, columns) - positions, axis=-1)
+            self.history.add(record.stamp, self._other.cloth.time, distance)
+            if self._bag is not None and self._settings.errors:
+                values = np.concatenate([positions, distance[..., None]], axis=-1)
+                self._bag.write_errors(record.stamp, values.astype(np.float32))
+        if self._bag is not None:
+            self._write_step(self._bag, entry)
+        if self._exact is not None:
+            self._exact.repeat(record)
+            if self._other.cloth.time >= self._window_end:
+                if distance is not None:
+                    self.windows.append(self.history.last)
+                    del self.windows[:-_LIMIT]
+                self._other.start(self._exact.keyframe(record.tick, record.stamp))
+                self._window_end = self._other.cloth.time + self._settings.window
+
+    def _write_step(self, bag: OutputBag, entry: Step) -> None:
+        record, sheet = entry.record, self.scene.sheet
+        if any(change.kind == CONFIGURED for change in record.changes):
+            bag.write_scene(self.scene, record.stamp)
+        particles = np.empty((sheet.rows, sheet.columns, 6), np.float32)
+        self._other.cloth.write_particles(particles)
+        bag.write_particles(record.stamp, particles)
+        bag.write_record(self._other.record(record))
+        if record.tick >= self._next_keyframe:
+            self._write_keyframe(bag, record.tick, record.stamp)
+
+    def _write_keyframe(self, bag: OutputBag, tick: int, stamp: int) -> None:
+        bag.write_keyframe(self._other.keyframe(tick, stamp))
+        self._next_keyframe = tick + round(_KEYFRAME * self.scene.rate)
+
+    def close(self) -> None:
+        """Complete the files."""
+        self.history.close()
+        if self._bag is not None:
+            self._bag.close()
+
+    def live_ratio(self) -> float | None:
+        """Return the median of live estimates, each by the window that ends nearest to it."""
+        if not self.windows or not self.estimates:
+            return None
+        ends = np.array([window.time for window in self.windows])
+        ratios = [
+            estimate.largest / self.windows[int(np.abs(ends - estimate.time).argmin())].largest
+            for estimate in self.estimates
+        ]
+        return float(np.median(ratios))

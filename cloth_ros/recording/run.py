@@ -1,0 +1,172 @@
+"""Repeat a recording, or simulate it again, and report."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .bag import Bag
+from .comparison import Comparison
+from .recorded_cloth import RecordedCloth
+from .resimulation import Resimulation, Settings
+from .timeline import Step, timeline
+
+Progress = Callable[[int, int], None]  # ticks done, and of how many; 0: unknown
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """
+    What became of a bag.
+
+    Attributes
+    ----------
+    lines
+        For people.
+    identical
+        False if a recorded state was repeated with other bits.
+    result
+        Numbers by name.
+
+    """
+
+    lines: list[str]
+    identical: bool
+    result: dict[str, Any]
+
+
+def repeat(path: Path, node: str | None, progress: Progress) -> Outcome:
+    """
+    Repeat the ticks of a recording, and compare with the recorded states.
+
+    Parameters
+    ----------
+    path
+        Of the bag.
+    node
+        Full name of the recorded node; None: the only one.
+    progress
+        Called after each tick.
+
+    Raises
+    ------
+    ValueError
+        The bag cannot be read, or has no record of ticks.
+
+    """
+    bag = Bag(path)
+    comparison = Comparison()
+    _run(bag, RecordedCloth(bag, node), comparison, progress)
+    result: dict[str, Any] = {
+        'bag': str(path),
+        'ticks': comparison.ticks,
+        'states': comparison.states,
+        'differing states': comparison.differing,
+        'keyframes': comparison.keyframes,
+        'differing keyframes': comparison.differing_keyframes,
+        'largest distance [m]': comparison.largest,
+        'first difference': comparison.first,
+        'states not recorded': comparison.unrecorded,
+        'gaps': comparison.gaps,
+        'defects': bag.defects,
+    }
+    return Outcome([*comparison.lines(), *bag.defects], not comparison.first, result)
+
+
+def resimulate(
+    path: Path, node: str | None, settings: Settings, folder: Path, progress: Progress
+) -> Outcome:
+    """
+    Simulate a recording again, and write the new bag and the error of the recorded run.
+
+    Parameters
+    ----------
+    path, node, progress
+        See `repeat`.
+    settings
+        How to simulate.
+    folder
+        Where to write, which is made; it must not have a ``bag`` yet.
+
+    Raises
+    ------
+    ValueError
+        The bag cannot be read, or has no record of ticks; the settings are not valid; or the
+        folder cannot be written to.
+
+    """
+    from .plot import draw
+
+    bag = Bag(path)
+    recorded = RecordedCloth(bag, node)
+    if (folder / 'bag').exists():
+        raise ValueError(f'{folder / "bag"} exists already; give another folder with --out')
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ValueError(f'--out {folder}: {error.strerror}; give a folder to write to') from None
+    run = Resimulation(settings, folder, recorded.node)
+    try:
+        _run(bag, recorded, run, progress)
+    finally:
+        run.close()
+    ratio = run.live_ratio()
+    result = {
+        'bag': str(path),
+        'changed parameters': dict(settings.parameters),
+        'grid refinement': settings.refinement,
+        'window [s]': settings.window,
+        **run.history.summary(),
+        'windows': [window._asdict() for window in run.windows],
+        'live estimates': [estimate._asdict() for estimate in run.estimates],
+        'live estimate by error in a window, median': ratio,
+        'gaps': run.gaps,
+        'defects': bag.defects,
+    }
+    (folder / 'error.json').write_text(json.dumps(result, indent=1) + '\n')
+    draw(run, f'{path.name}: error of the recorded run', folder / 'error.png')
+    return Outcome([*_table(run), *run.gaps, *bag.defects], True, result)
+
+
+def _run(
+    bag: Bag, recorded: RecordedCloth, taker: Comparison | Resimulation, progress: Progress
+) -> None:
+    ticks = 0
+    for entry in timeline(recorded):
+        try:
+            taker.take(entry)
+        except ValueError as error:
+            if ticks == 0:
+                raise
+            bag.defects.append(f'after {ticks} ticks: {error}')
+            return
+        if isinstance(entry, Step):
+            ticks += 1
+            progress(ticks, recorded.ticks)
+    if ticks == 0:
+        defects = ''.join(f'; {defect}' for defect in bag.defects)
+        raise ValueError(
+            f'{bag.path} has no tick behind a keyframe, so nothing can be repeated; record '
+            f'{recorded.topic("keyframes")} as well{defects}'
+        )
+
+
+def _table(run: Resimulation) -> list[str]:
+    """Return the error over time in some lines."""
+    entries = run.history.entries
+    chosen = [entries[len(entries) * part // 8 - 1] for part in range(1, 9) if len(entries) >= 8]
+    lines = ['simulated time [s]   largest error [mm]   rms error [mm]']
+    lines += [
+        f'{entry.time:18.2f}   {1e3 * entry.largest:18.4g}   {1e3 * entry.rms:14.4g}'
+        for entry in chosen or entries
+    ]
+    ratio = run.live_ratio()
+    if ratio is not None:
+        lines.append(
+            f'live estimate: {ratio:.2g} times the error that was added in the nearest window '
+            f'(median of {len(run.estimates)})'
+        )
+    return lines

@@ -1,0 +1,160 @@
+"""
+The ticks of a recorded cloth in their order, each with the state that was published after it.
+
+Messages of different topics may be recorded in another order than they were published in.  So a
+record is held until its state has come, up to a limit; and what a recorder has lost is found by
+the numbers of the ticks, which then begin again at a keyframe.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..live.keyframe import Keyframe
+from ..live.tick_record import RESTORED, TickRecord
+from .bag import Message
+from .recorded_cloth import LiveEstimate, Particles, RecordedCloth
+
+# Records that are held for a state that may still come; and for a keyframe, some minutes of ticks.
+_HELD = 100
+_HELD_FOR_KEYFRAME = 20_000
+
+
+class Start(NamedTuple):
+    """The cloth is in the state of a keyframe: at first, after a gap, and where one was loaded."""
+
+    keyframe: Keyframe
+
+
+class Step(NamedTuple):
+    """A tick, and x y z vx vy vz of every particle after it; None: that was not recorded."""
+
+    record: TickRecord
+    recorded: NDArray[np.float32] | None
+
+
+class Checkpoint(NamedTuple):
+    """The cloth must now be in the state of a keyframe."""
+
+    keyframe: Keyframe
+
+
+class Gap(NamedTuple):
+    """
+    Ticks that cannot be repeated.
+
+    Attributes
+    ----------
+    after, until
+        Numbers of the ticks before and behind it.
+    stamp
+        Time of the state behind it, ns.
+
+    """
+
+    after: int
+    until: int
+    stamp: int
+
+
+Entry = Start | Step | Checkpoint | Gap | LiveEstimate | Message
+
+
+class _Timeline:
+    def __init__(self, recorded: RecordedCloth) -> None:
+        self._recorded = recorded
+        self._records: deque[TickRecord] = deque()
+        self._states: OrderedDict[int, NDArray[np.float32]] = OrderedDict()
+        self._keyframe: Keyframe | None = None  # that may be needed
+        self._at: TickRecord | Keyframe | None = None  # the tick that was repeated last
+        self._gap: TickRecord | Keyframe | None = None  # the last tick before the present gap
+        self._has_states = True
+
+    def entries(self) -> Iterator[Entry]:
+        self._has_states = self._recorded.has_particles
+        for event in self._recorded.events():
+            if isinstance(event, TickRecord):
+                self._records.append(event)
+            elif isinstance(event, Particles):
+                # The state may be published again while the cloth is paused.
+                self._states.setdefault(event.stamp, event.values)
+                if len(self._states) > 2 * _HELD:
+                    self._states.popitem(last=False)
+            elif isinstance(event, Keyframe):
+                yield from self._take_keyframe(event)
+            else:
+                yield event
+            yield from self._ready(final=False)
+        yield from self._ready(final=True)
+        if self._at is None and self._records and self._gap is not None:
+            last = self._records[-1]
+            yield Gap(self._gap.tick, last.tick + 1, last.stamp)
+
+    def _take_keyframe(self, keyframe: Keyframe) -> Iterator[Entry]:
+        if self._at is None:
+            # Not one from before the gap that has come late.
+            if not self._records or keyframe.tick >= self._records[0].tick - 1:
+                yield from self._start(keyframe)
+        elif _same(self._at, keyframe):
+            yield Checkpoint(keyframe)
+        else:
+            self._keyframe = keyframe
+
+    def _start(self, keyframe: Keyframe) -> Iterator[Entry]:
+        while self._records and self._records[0].tick <= keyframe.tick:
+            self._records.popleft()
+        if self._gap is not None:
+            yield Gap(self._gap.tick, keyframe.tick, keyframe.stamp)
+        self._at, self._gap, self._keyframe = keyframe, None, None
+        yield Start(keyframe)
+
+    def _ready(self, *, final: bool) -> Iterator[Entry]:
+        while self._records:
+            if self._at is None:
+                if len(self._records) > _HELD_FOR_KEYFRAME:
+                    self._records.popleft()
+                return
+            record = self._records[0]
+            if record.tick != self._at.tick + 1:
+                self._gap, self._at = self._at, None
+                keyframe = self._keyframe
+                if keyframe and any(_same(each, keyframe) for each in self._records):
+                    yield from self._start(keyframe)
+                continue
+            late = final or len(self._records) > _HELD
+            restored = any(change.kind == RESTORED for change in record.changes)
+            if restored and not (self._keyframe and _same(record, self._keyframe)):
+                if not late:
+                    return
+                self._gap, self._at = self._at, None
+                continue
+            if self._has_states and record.stamp not in self._states and not late:
+                return
+            self._records.popleft()
+            if restored and self._keyframe:
+                yield Start(self._keyframe)
+                record = _without_motion(record)
+            self._at = record
+            yield Step(record, self._states.pop(record.stamp, None))
+            if self._keyframe and _same(record, self._keyframe):
+                yield Checkpoint(self._keyframe)
+                self._keyframe = None
+
+
+def _same(first: TickRecord | Keyframe, second: TickRecord | Keyframe) -> bool:
+    return first.tick == second.tick and first.stamp == second.stamp
+
+
+def _without_motion(record: TickRecord) -> TickRecord:
+    """Return the record of a tick whose keyframe is known: there is nothing left to be done."""
+    return TickRecord(record.tick, record.stamp, record.clock, record.time)
+
+
+def timeline(recorded: RecordedCloth) -> Iterator[Entry]:
+    """Yield the ticks in their order, and what else was recorded as it comes."""
+    return _Timeline(recorded).entries()
