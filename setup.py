@@ -26,8 +26,9 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     python_requires='>=3.10',
-    # trimesh reads the files of mesh colliders; it needs nothing but NumPy.
-    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh'],
+    # trimesh reads the files of mesh colliders; it needs nothing but NumPy.  msgspec writes and
+    # checks saved states; it needs nothing.
+    install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh', 'msgspec'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own
         # rclpy is used, so they are no requirement of the package itself.
