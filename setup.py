@@ -28,7 +28,8 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     python_requires='>=3.10',
-    # trimesh reads the files of mesh colliders; it needs nothing but NumPy.
+    # trimesh reads the files of mesh colliders; it needs nothing but NumPy.  msgspec writes and
+    # checks saved states; it needs nothing.
     install_requires=['setuptools', 'numpy', 'numba', 'PyYAML', 'trimesh', 'msgspec'],
     extras_require={
         # The wheels of ROS 2 Jazzy, for machines without ROS.  Where ROS 2 is sourced its own

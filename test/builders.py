@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +124,17 @@ def overwrite(name: str, value: float) -> Callable[[State], None]:
         getattr(state, name)[0, state.grid.begin + 20] = value
 
     return disturb
+
+
+def bits(value: object) -> object:
+    """Return a value that is equal for equal bits, in arrays and whatever holds them."""
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, value.tobytes()
+    if dataclasses.is_dataclass(value):
+        return [bits(getattr(value, field.name)) for field in dataclasses.fields(value)]
+    if isinstance(value, Mapping):
+        return {key: bits(item) for key, item in value.items()}
+    return [bits(item) for item in value] if isinstance(value, (tuple, list)) else repr(value)
 
 
 def run_python(text: str, *arguments: object) -> subprocess.CompletedProcess[str]:

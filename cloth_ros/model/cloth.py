@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..scene import Scene
-from ..scene.parameter import PARAMETERS, checked_number, invalid_value_error
+from ..scene.parameter import checked_number, invalid_value_error
 from ..scene.quaternion import checked_orientation
+from . import snapshot_file
 from .contact.kinematic_path import checked_position, extend_path
-from .contact.rigid_collider import RigidCollider, pose_of
+from .contact.rigid_collider import RigidCollider
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
-from .grid import Array, flat_sheet, to_grid_copy
-from .inputs import Inputs, Pose, Vector
-from .scene_check import check_scene
+from .grid import Array, to_grid_copy
+from .inputs import Inputs, Vector, inputs_for
+from .scene_check import check_change, check_scene
 from .simulation import MAX_SECONDS, Simulation, SubstepObserver
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
@@ -70,23 +72,13 @@ class Cloth:
         self._observer = observer
         self._rollbacks = RollbackCounts() if rollbacks is None else rollbacks
         self._inputs = Inputs(scene.wind.velocity)
-        self._simulation = self._initial(scene)
+        self._simulation = self._simulation_of(scene)
+        self._simulation.start()
 
     def _simulation_of(self, scene: Scene) -> Simulation:
         return Simulation(
             scene, self._step_control(scene), self._energy_monitor, self._observer, self._rollbacks
         )
-
-    def _initial(self, scene: Scene) -> Simulation:
-        """Return a simulation of the initial state of a scene."""
-        simulation = self._simulation_of(scene)
-        sheet, state = scene.sheet, simulation.state
-        state.origin = np.array(sheet.position)
-        state.grid.interior(state.position)[...] = flat_sheet(
-            sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
-        )
-        simulation.accept_assigned_state(moved=True)
-        return simulation
 
     # Advance
 
@@ -136,7 +128,8 @@ class Cloth:
 
     def reset(self) -> None:
         """Return to the initial state: sheet, wind, colliders and time."""
-        self._simulation = self._initial(self.scene)
+        self._simulation = self._simulation_of(self.scene)
+        self._simulation.start()
         self._inputs = Inputs(self.scene.wind.velocity)
 
     def configure(self, scene: Scene) -> None:
@@ -148,31 +141,15 @@ class Cloth:
         Raises
         ------
         ValueError
-            A parameter that is fixed while a cloth runs differs, or the scene cannot be
-            simulated.
+            A fixed parameter differs, or the scene cannot be simulated.
 
         """
-        check_scene(scene)
-        before, after = self.scene.flat(), scene.flat()
-        for name, known in PARAMETERS.items():
-            if known.fixed and before[name] != after[name]:
-                raise invalid_value_error(
-                    name, after[name], f'{before[name]!r} as before', 'make a new Cloth'
-                )
-        wind = self._inputs.wind
-        paths: dict[str, tuple[Pose, ...]] = {}
-        if scene.wind.velocity != self.scene.wind.velocity:
-            wind = scene.wind.velocity
-        former, simulation = self.colliders, self._simulation_of(scene)
+        check_change(self.scene, scene)
+        inputs = inputs_for(self._inputs, self.scene, scene)
+        simulation = self._simulation_of(scene)
         simulation.restore(self.snapshot())
         simulation.substeps = self.substeps
-        self._simulation = simulation
-        for name, collider in self.colliders.items():
-            if name in former and pose_of(former[name].parameters) != pose_of(collider.parameters):
-                paths[name] = (pose_of(collider.parameters),)
-            elif name in self._inputs.collider_paths:
-                paths[name] = self._inputs.collider_paths[name]
-        self._inputs = Inputs(wind, paths)
+        self._simulation, self._inputs = simulation, inputs
 
     def snapshot(self) -> Snapshot:
         """Return an immutable copy of everything that later results depend on."""
@@ -184,6 +161,26 @@ class Cloth:
         paths = snapshot.inputs.collider_paths
         present = {name: paths[name] for name in self.colliders if name in paths}
         self._inputs = replace(snapshot.inputs, collider_paths=present)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a snapshot to a file, which is replaced at once or not at all; raises OSError."""
+        snapshot_file.write(path, self.snapshot())
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Cloth:
+        """
+        Return a cloth that continues from a file of `save`, with the same bits.
+
+        Raises
+        ------
+        ValueError, OSError
+            The file is not one of `save`, is damaged, or cannot be read or simulated.
+
+        """
+        snapshot = snapshot_file.read(path)
+        cloth = cls(snapshot.scene)
+        cloth.restore(snapshot)
+        return cloth
 
     # Inputs
 

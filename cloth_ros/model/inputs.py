@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..scene import Scene
 from ..scene.parameter import checked_vector, invalid_value_error
 from ..scene.quaternion import IDENTITY, checked_orientation
 
@@ -69,6 +70,25 @@ class Inputs:
         object.__setattr__(inputs, 'wind', wind)
         object.__setattr__(inputs, 'collider_paths', paths)
         return inputs
+
+
+def inputs_for(inputs: Inputs, before: Scene, after: Scene) -> Inputs:
+    """
+    Return the commands that hold after a change of the scene.
+
+    The wind of the scene is one, if it has changed, and so is the pose of a collider.
+    """
+    wind, paths = inputs.wind, dict[str, tuple[Pose, ...]]()
+    if after.wind.velocity != before.wind.velocity:
+        wind = after.wind.velocity
+    former = {each.name: (*each.position, *each.orientation) for each in before.all_colliders()}
+    for each in after.all_colliders():
+        name, pose = each.name, (*each.position, *each.orientation)
+        if former.get(name, pose) != pose:
+            paths[name] = (pose,)
+        elif name in inputs.collider_paths:
+            paths[name] = inputs.collider_paths[name]
+    return Inputs(wind, paths)
 
 
 def _vector(name: str, value: Any, parameter: str) -> Vector:

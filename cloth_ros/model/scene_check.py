@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..scene import Scene
-from ..scene.parameter import invalid_value_error
+from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
 from .contact.shapes import shape_of
 from .time_step import check_time_step
@@ -29,6 +29,29 @@ def check_scene(scene: object) -> None:
     memory.check(scene, memory.of_cloth(scene))
     for each in scene.colliders:
         shape_of(each, circumradius(scene))
+
+
+def changed_fixed(before: Scene, after: Scene) -> list[str]:
+    """Return the names of the parameters that differ, of those fixed while a cloth runs."""
+    first, second = before.flat(), after.flat()
+    fixed = (name for name, known in PARAMETERS.items() if known.fixed)
+    return [name for name in fixed if first[name] != second[name]]
+
+
+def check_change(before: Scene, after: Scene) -> None:
+    """
+    Refuse a scene that cannot be simulated in place of another while a cloth runs.
+
+    Raises
+    ------
+    ValueError
+        A parameter that is fixed differs, or see `check_scene`.
+
+    """
+    check_scene(after)
+    for name in changed_fixed(before, after):
+        value, allowed = after.flat()[name], f'{before.flat()[name]!r} as before'
+        raise invalid_value_error(name, value, allowed, 'make a new Cloth')
 
 
 def circumradius(scene: Scene) -> float:

@@ -21,7 +21,7 @@ from .contact.contact import Contact
 from .contact.contact_snapshot import ContactSnapshot
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
-from .grid import Grid
+from .grid import Grid, flat_sheet
 from .inputs import Inputs, Vector
 from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
@@ -122,6 +122,15 @@ class Simulation:
         self._batch_start: Snapshot | None = None
 
     # State
+
+    def start(self) -> None:
+        """Lay out the undeformed sheet where the scene has it, at rest."""
+        sheet, state = self.scene.sheet, self.state
+        state.origin = np.array(sheet.position)
+        state.grid.interior(state.position)[...] = flat_sheet(
+            sheet.rows, sheet.columns, sheet.spacing, sheet.orientation
+        )
+        self.accept_assigned_state(moved=True)
 
     def snapshot(self, inputs: Inputs) -> Snapshot:
         """Return an immutable copy of everything that later results depend on."""

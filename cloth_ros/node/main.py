@@ -32,11 +32,10 @@ def main(args: list[str] | None = None) -> int:
 def _explain(error: BaseException) -> int:
     """Print why there is no node, and return the exit code; raise what is not expected."""
     if isinstance(error, ModuleNotFoundError):
-        print(
-            f'cloth_node: there is no {error.name}; source ROS 2 Jazzy, or install its wheels: '
-            "pip install 'cloth_ros[ros]'",
-            file=sys.stderr,
-        )
+        remedy = "source ROS 2 Jazzy, or install its wheels: pip install 'cloth_ros[ros]'"
+        if error.name in ('numba', 'msgspec'):  # which no distribution of ROS has
+            remedy = f'pip install {error.name}'
+        print(f'cloth_node: there is no {error.name}; {remedy}', file=sys.stderr)
         return 2
     if isinstance(error, SystemExit):
         print(f'cloth_node: {error}', file=sys.stderr)

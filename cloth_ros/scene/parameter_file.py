@@ -129,19 +129,28 @@ _Loader.yaml_implicit_resolvers = {
 }
 
 
-def read_limited(path: str | os.PathLike[str]) -> bytes:
+def read_limited(
+    path: str | os.PathLike[str], most: int = _LARGEST, usual: str = 'a scene has a few hundred'
+) -> bytes:
     """
     Return the content of a file of limited size.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    most, usual
+        Bytes that it may have; and how many are usual, in words.
 
     Raises
     ------
     ValueError
-        It is not a regular file, or larger than any scene.
+        It is not a regular file, or larger than it may be.
     OSError
         The file cannot be read.
 
     """
-    _check_path(path)
+    check_path(path)
     try:
         mode = os.stat(path).st_mode
     except ValueError:  # NUL in it, or what the file system cannot encode
@@ -152,13 +161,14 @@ def read_limited(path: str | os.PathLike[str]) -> bytes:
             'this is not a regular file but a folder, a pipe or a device; give a file'
         )
     with open(path, 'rb') as file:
-        text = file.read(_LARGEST + 1)
-    if len(text) > _LARGEST:
-        raise ValueError(f'this file has more than {_LARGEST} bytes; a scene has a few hundred')
+        text = file.read(most + 1)
+    if len(text) > most:
+        raise ValueError(f'this file has more than {most} bytes; {usual}')
     return text
 
 
-def _check_path(path: object) -> None:
+def check_path(path: object) -> None:
+    """Raise ValueError for what cannot be the path of a file."""
     if not isinstance(path, (str, os.PathLike)):
         raise invalid_value_error(
             'the path', path, 'a string or a path', 'give the name of a file'
@@ -335,7 +345,7 @@ def save(path: str | os.PathLike[str], parameters: Mapping[str, Any]) -> None:
         The file cannot be written.
 
     """
-    _check_path(path)
+    check_path(path)
     text = text_of(parameters).encode()
     if len(text) > _LARGEST:
         raise ValueError(

@@ -1,0 +1,272 @@
+"""
+A snapshot as bytes, exact to the bit, and as a file.
+
+The bytes begin with a header: a signature, the version of the format, the length of the content,
+and the SHA-256 of all that.  The content is MessagePack: the version of this package, the
+parameters of the scene by their dotted names, and the fields of the `Snapshot`.  Floating point
+numbers and arrays are in binary.  Nothing that is read is trusted: types, sizes and values are
+checked before there is a `Snapshot`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.metadata
+import os
+import struct
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from ..scene import Scene
+from ..scene.parameter import one_line
+from ..scene.parameter_file import format_path, read_limited
+from . import atomic_file
+from .contact.contact_snapshot import ContactSnapshot
+from .contact.kinematic_path import MAX_WAYPOINTS
+from .energy_monitor import DIVISIONS, EnergyAccount
+from .grid import GHOST, Array, Grid
+from .inputs import Inputs, Pose, Vector
+from .snapshot import Snapshot
+
+# The line ends show whether the file was changed as if it were text.
+_SIGNATURE = b'\x89cloth\r\n'
+_FORMAT = 1
+# Signature, version of the format, length of the content; then the SHA-256 of these and of it.
+_HEADER = struct.Struct('<8sIQ')
+_DIGEST = hashlib.sha256().digest_size
+_BEGIN = _HEADER.size + _DIGEST
+
+# Of arrays, little-endian.
+_DTYPES = ('<f4', '<f8')
+# Deviation of the length of a unit quaternion.
+_ROUNDING = 1e-6
+
+# Bytes; the snapshot of the largest sheet, in double precision, has 60 million.
+_LARGEST = 100_000_000
+_REMEDY = 'use another file that `save` has written'
+
+
+class _Content(msgspec.Struct, forbid_unknown_fields=True):
+    """What is in the content."""
+
+    cloth_ros: str
+    scene: dict[str, Any]
+    origin: Array
+    position: Array
+    velocity: Array
+    time: float
+    work: float
+    contact: ContactSnapshot | None
+    account: EnergyAccount | None
+    wind: Vector
+    collider_paths: dict[str, tuple[Pose, ...]]
+
+
+class _ArrayData(msgspec.Struct, array_like=True):
+    """An array in the content."""
+
+    dtype: str
+    shape: tuple[int, ...]
+    data: bytes | memoryview
+
+
+def _from_array(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        little = np.ascontiguousarray(value, value.dtype.newbyteorder('<'))
+        return _ArrayData(little.dtype.str, little.shape, little.data.cast('B'))
+    if isinstance(value, np.float64):
+        return float(value)
+    raise TypeError(f'{type(value)} is not part of a snapshot')
+
+
+def _to_array(kind: type, value: Any) -> Any:
+    dtype, shape, data = msgspec.convert(value, tuple[str, tuple[int, ...], bytes])
+    if dtype not in _DTYPES:
+        raise ValueError(f'an array of type {dtype!r:.20}')
+    return np.frombuffer(data, dtype).astype(dtype[1:], copy=False).reshape(shape)
+
+
+_encoder = msgspec.msgpack.Encoder(enc_hook=_from_array)
+_decoder = msgspec.msgpack.Decoder(_Content, dec_hook=_to_array)
+
+
+@functools.cache
+def _package_version() -> str:
+    try:
+        return importlib.metadata.version('cloth_ros')
+    except importlib.metadata.PackageNotFoundError:  # a source tree that is not installed
+        return 'unknown'
+
+
+def encode(snapshot: Snapshot) -> bytes:
+    """Return a snapshot as bytes, from which `decode` makes one that is equal to the bit."""
+    inputs = snapshot.inputs
+    content = _Content(
+        _package_version(),
+        snapshot.scene.flat(),
+        snapshot.origin,
+        snapshot.position,
+        snapshot.velocity,
+        snapshot.time,
+        snapshot.work,
+        snapshot.contact,
+        snapshot.account,
+        inputs.wind,
+        dict(inputs.collider_paths),
+    )
+    data = bytearray()
+    _encoder.encode_into(content, data, _BEGIN)
+    _HEADER.pack_into(data, 0, _SIGNATURE, _FORMAT, len(data) - _BEGIN)
+    data[_HEADER.size : _BEGIN] = _digest(data)
+    return bytes(data)
+
+
+def decode(data: bytes) -> Snapshot:
+    """
+    Return the snapshot that `encode` has made these bytes of.
+
+    Raises
+    ------
+    ValueError
+        They are damaged or incomplete, of a newer format, or not of a snapshot.
+
+    """
+    if data[: len(_SIGNATURE)] != _SIGNATURE[: len(data)] or not data:
+        raise ValueError(f'not a snapshot of a cloth: it does not begin as one; {_REMEDY}')
+    if len(data) < _BEGIN:
+        raise ValueError(f'incomplete: {len(data)} bytes, less than its header; {_REMEDY}')
+    _, version, length = _HEADER.unpack_from(data)
+    if version > _FORMAT:
+        raise ValueError(
+            f'a snapshot of format {version}, but this cloth_ros reads formats up to {_FORMAT}; '
+            'update cloth_ros'
+        )
+    if len(data) < _BEGIN + length:
+        raise ValueError(f'incomplete: {len(data)} of {_BEGIN + length} bytes; {_REMEDY}')
+    if len(data) > _BEGIN + length or data[_HEADER.size : _BEGIN] != _digest(data):
+        raise ValueError(f'damaged: the checksum is not that of the content; {_REMEDY}')
+    try:
+        content = _decoder.decode(memoryview(data)[_BEGIN:])
+        return _snapshot(content)
+    except (msgspec.MsgspecError, ValueError, MemoryError, RecursionError) as error:
+        # With a correct checksum: written by another program.
+        raise ValueError(f'not a snapshot of a cloth: {one_line(str(error))}; {_REMEDY}') from None
+
+
+def _digest(data: bytes | bytearray) -> bytes:
+    """Return the checksum of everything but the checksum itself."""
+    with memoryview(data) as view:
+        digest = hashlib.sha256(view[: _HEADER.size])
+        digest.update(view[_BEGIN:])
+    return digest.digest()
+
+
+def write(path: str | os.PathLike[str], snapshot: Snapshot) -> int:
+    """Write a snapshot to a file, see `atomic_file`; return its size in bytes."""
+    data = encode(snapshot)
+    atomic_file.write(path, data)
+    return len(data)
+
+
+def read(path: str | os.PathLike[str]) -> Snapshot:
+    """
+    Return the snapshot in a file.
+
+    Raises
+    ------
+    ValueError
+        See `decode`; names the file.
+    OSError
+        The file cannot be read.
+
+    """
+    try:
+        return decode(read_limited(path, _LARGEST, 'a snapshot of the largest sheet has less'))
+    except ValueError as error:
+        raise ValueError(f'{format_path(path)}: {error}') from None
+
+
+# Checks of what is read
+
+
+def _check(valid: object, name: str, value: object) -> None:
+    """Raise ValueError if a value is not valid."""
+    if not valid:
+        raise ValueError(f'{name} is {value!r:.40}, which no cloth of its scene has')
+
+
+def _snapshot(content: _Content) -> Snapshot:
+    """Return the snapshot of a content; raises ValueError if it fits no cloth of its scene."""
+    scene = Scene.from_parameters(content.scene)
+    grid = Grid(scene.sheet.rows, scene.sheet.columns)
+    origin, position, velocity = content.origin, content.position, content.velocity
+    _check(origin.shape == (3,), 'the shape of origin', origin.shape)
+    _check(np.isfinite(origin).all(), 'origin', origin)
+    for name, array, ghost in (('position', position, GHOST), ('velocity', velocity, 0.0)):
+        _check(array.shape == (3, grid.size), f'the shape of {name}', array.shape)
+        _check(np.isfinite(array).all(), name, 'not finite')
+        # Kernels tell ghosts by their distance, and never move them.
+        expected = grid.field(array.dtype, ghost)
+        grid.interior(expected)[...] = grid.interior(array)
+        _check(np.array_equal(array, expected), f'the {name} of ghosts', 'another')
+    _check(position.dtype == velocity.dtype, 'the type of velocity', velocity.dtype)
+    _check(0 <= content.time < np.inf, 'time', content.time)
+    _check(not np.isnan(content.work), 'work', content.work)
+    _check_contact(content.contact, scene, position)
+    if content.account is not None:
+        account = content.account
+        _check(account.division in DIVISIONS, 'division', account.division)
+    return Snapshot(
+        scene,
+        grid,
+        origin.astype(float, copy=False),
+        position,
+        velocity,
+        content.time,
+        content.work,
+        content.contact,
+        content.account,
+        _inputs(content, scene),
+    )
+
+
+def _check_contact(contact: ContactSnapshot | None, scene: Scene, position: Array) -> None:
+    """Raise ValueError if a state of contact is not one of the colliders of a scene."""
+    parameters = {each.name: each for each in scene.all_colliders()}
+    if contact is None or not parameters:
+        _check((contact is None) == (not parameters), 'contact', contact)
+        return
+    _check(list(contact.colliders) == list(parameters), 'contact', list(contact.colliders))
+    shape = position.shape[1:]
+    _check(contact.rho.shape == shape, 'the shape of rho', contact.rho.shape)
+    _check(contact.rho.dtype == position.dtype, 'the type of rho', contact.rho.dtype)
+    _check((contact.rho >= 0).all(), 'rho', 'negative')
+    _check(contact.patience >= 0, 'patience', contact.patience)
+    for name, each in contact.colliders.items():
+        _check(each.parameters == parameters[name], 'a collider', each.parameters)
+        _check_pose(each.pose)
+        _check(len(each.total) == 6, 'the impulse on a collider', each.total)
+        _check(0 <= each.inset < np.inf, 'inset', each.inset)
+        _check(each.touching >= 0, 'touching', each.touching)
+
+
+def _check_pose(pose: Pose) -> None:
+    _check(np.isfinite(pose).all(), 'a pose', pose)
+    _check(abs(np.linalg.norm(pose[3:]) - 1) < _ROUNDING, 'an orientation', pose[3:])
+
+
+def _inputs(content: _Content, scene: Scene) -> Inputs:
+    """Return the commands; checked, and with the numbers as they are: they are not rounded."""
+    names = [each.name for each in scene.all_colliders()]
+    Inputs(content.wind, content.collider_paths)
+    inputs = Inputs().with_wind(content.wind)
+    for name, path in content.collider_paths.items():
+        _check(name in names, 'a moved collider', name)
+        _check(len(path) <= MAX_WAYPOINTS, 'the number of waypoints', len(path))
+        for pose in path:
+            _check_pose(pose)
+        inputs = inputs.with_path(name, path)
+    return inputs
