@@ -3,7 +3,8 @@ Record a running cloth to a bag (MCAP) until Ctrl-C, where `ros2 bag record` is 
 
     python examples/record.py my_bag --seconds 10
 
-`ros2 bag play` and Foxglove read the bag, and the Python library rosbags, which writes it here.
+`ros2 bag play` and Foxglove read the bag, `cloth_resimulate` repeats it, and the Python library
+rosbags writes it here.
 """
 
 import argparse
@@ -18,20 +19,29 @@ from pathlib import Path
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String, UInt8MultiArray
 
 TOPICS = {
     'cloth/particles': PointCloud2,
+    'cloth/ticks': String,
+    'cloth/keyframes': UInt8MultiArray,
+    'cloth/scene': String,
     'wind': Vector3Stamped,
     'sphere_pose': PoseStamped,
     '/diagnostics': DiagnosticArray,
+    '/parameter_events': ParameterEvent,
 }
+# Of the scene, which was published before the recorder has begun.
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Recorder(Node):
@@ -48,7 +58,8 @@ class Recorder(Node):
                 self.resolve_topic_name(topic), f'{package}/msg/{name}', typestore=types
             )
             write = functools.partial(self._write, connection)
-            self.create_subscription(kind, topic, write, 100, raw=True)
+            profile = LATCHED if topic == 'cloth/scene' else 1000
+            self.create_subscription(kind, topic, write, profile, raw=True)
 
     def _write(self, connection: object, message: bytes) -> None:
         self._bag.write(connection, time.time_ns(), message)

@@ -141,17 +141,19 @@ class Bag:
 
     @staticmethod
     def _part(part: Path) -> Iterator[Message]:
+        reader = Reader(part)
         try:
-            reader = Reader(part)
             reader.open()
         except Exception:
             if part.suffix != '.mcap':
                 raise
             yield from _stream(part)  # what was written before the recorder was killed
             raise
-        with reader:
+        try:
             for connection, received, data in reader.messages():
                 yield _message(connection, received, data)
+        finally:
+            reader.close()
 
 
 def _message(connection: Connection, received: int, data: bytes) -> Message:

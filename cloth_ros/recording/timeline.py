@@ -120,6 +120,9 @@ class _Timeline:
                     self._records.popleft()
                 return
             record = self._records[0]
+            if record.tick <= self._at.tick and record.stamp <= self._at.stamp:
+                self._records.popleft()  # of before the keyframe, and recorded behind it
+                continue
             if record.tick != self._at.tick + 1:
                 self._gap, self._at = self._at, None
                 keyframe = self._keyframe
