@@ -167,7 +167,7 @@ class Probe(Node):
             self._executor.spin_once(timeout_sec=0.05)
 
     def handle_all(self, condition: Callable[[], object], wait: float = 0.05) -> object:
-        """Handle what has arrived, after a wait of some seconds if that is nothing, or until so."""
+        """Handle all that has arrived, until a condition holds; wait so long, s, for the first."""
         end = time.monotonic() + 1.0  # a node may publish faster than is handled here
         while not (held := condition()) and time.monotonic() < end:
             try:

@@ -169,8 +169,13 @@ class Simulation:
     def _restore_motion(self, snapshot: Snapshot, *, exact: bool = True) -> None:
         """Return to the motion of a snapshot, without its energy account."""
         self.state.origin = snapshot.origin
-        self.state.position[...] = snapshot.position
-        self.state.velocity[...] = snapshot.velocity
+        position, velocity = self.state.position, self.state.velocity
+        if snapshot.position.dtype == position.dtype:
+            position[...], velocity[...] = snapshot.position, snapshot.velocity
+        else:  # without the ghosts, which the other precision has rounded
+            interior = self.grid.interior
+            interior(position)[...] = interior(snapshot.position)
+            interior(velocity)[...] = interior(snapshot.velocity)
         self.time = snapshot.time
         self._take_work()
         if self.contact is not None and snapshot.contact is not None:

@@ -3,6 +3,7 @@
 import itertools
 import math
 from concurrent.futures import Future
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +27,12 @@ def scene(**changes: object) -> Scene:
     return scene_of(**{'sheet__rows': 12, 'sheet__columns': 12, **changes})
 
 
+def scene_file(path: Path) -> object:
+    """Return a scene file as a parameter of tests: slow, if its colliders need kernels."""
+    colliders = bool(Scene.from_yaml(path).colliders)
+    return pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if colliders else [])
+
+
 def run(
     cloth: Cloth, estimator: ErrorEstimator, ticks: int, work: float = math.inf
 ) -> list[ErrorEstimate]:
@@ -43,7 +50,7 @@ def run(
 
 @pytest.mark.parametrize('method', INTEGRATORS)
 @pytest.mark.parametrize('precision', ['single', pytest.param('double', marks=pytest.mark.slow)])
-@pytest.mark.parametrize('path', SCENE_FILES, ids=lambda path: path.stem)
+@pytest.mark.parametrize('path', [scene_file(path) for path in SCENE_FILES])
 def test_the_estimate_is_within_a_factor_of_three_of_the_truth(path, precision, method):
     ready = Scene.from_yaml(path).with_parameters(
         {'solver.method': method, 'solver.precision': precision, 'wind.gust.period': 0.0}

@@ -131,6 +131,7 @@ def test_different_kinds_are_compiled_at_once_and_closing_kills_all_processes(ma
         compiler.compile(SCENE, ('motion',), 'motion')
 
 
+@pytest.mark.slow
 def test_the_child_process_compiles_what_the_scene_needs():
     """Here it finds the kernels in the cache, if they were needed before."""
     job = {'parameters': SCENE.flat(), 'kinds': list(kinds_of(SCENE)), 'nice': 1}

@@ -58,6 +58,7 @@ def test_the_cloth_continues_while_kernels_of_a_change_are_compiled(start_cloth,
     probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 120))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_processes_that_compile_end_with_the_node(start, probe, number):
     node = start(*GUST)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from builders import scene_of
 from diagnostic_msgs.msg import DiagnosticArray
 from ros import diagnosis
@@ -17,6 +18,7 @@ TOPICS = {
 }
 
 
+@pytest.mark.slow
 def test_the_peak_of_a_node_is_at_most_what_is_foreseen_and_not_much_less(start_cloth, probe):
     """With all that it publishes subscribed to."""
     peaks = []

@@ -20,13 +20,15 @@ from ros import NODE, PATIENCE, Process, diagnosis, probing, publish_until, set_
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
 
+# Live nodes beside faults take minutes, and are no news after each small change.
+pytestmark = pytest.mark.slow
+
 # What a node prints.
 STARTED = 'publishing'
 COMPILING, COMPILED = 'they are kept on disk', 'compiled the kernels of'
 LONGEST = 3.0  # s, within which signals come: a start takes half of it, compiling more
 
 
-@pytest.mark.slow
 def test_system_clock_jumps(tmp_path, long, measured):
     """The system clock is set by +1 h and -1 h: ticks go on, stamps follow the clock."""
     compiler = shutil.which('cc')
@@ -53,7 +55,6 @@ def test_system_clock_jumps(tmp_path, long, measured):
     interval.require(real_time=True)
 
 
-@pytest.mark.slow
 def test_no_network_interface_but_loopback(start, long, measured):
     """A network namespace with loopback only: a subscriber on the machine receives 60 Hz ± 5 %."""
     enter = ('unshare', '-rn', 'sh', '-c', 'ip link set lo up && exec "$@"', 'sh')
@@ -75,7 +76,6 @@ def test_no_network_interface_but_loopback(start, long, measured):
     assert not long or abs(rate / 60.0 - 1) <= 0.05
 
 
-@pytest.mark.slow
 def test_log_folder_that_cannot_be_written(start, tmp_path):
     """A log folder in which not even root can write: the node starts and warns once, naming it."""
     (tmp_path / 'file').touch()

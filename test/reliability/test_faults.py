@@ -23,6 +23,9 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
+# Live nodes beside faults take minutes, and are no news after each small change.
+pytestmark = pytest.mark.slow
+
 MAX_TICK = 0.1  # s, the default of solver.max_tick
 # s, by which simulated time may differ from the time between two reports: each gives that of the
 # last tick before it.
@@ -241,7 +244,6 @@ def test_a_reliable_subscriber(large_node, fault, long, measured):
     assert not long or (held_up <= 2 and longest < 5.0 and counts['lost'] == 0)
 
 
-@pytest.mark.slow
 def test_subscribers_that_come_and_go(large_node, long, measured):
     """100 subscribers, the last ten of them killed: each receives, others lose nothing."""
     node, count = large_node, '100 10' if long else '4 2'

@@ -27,6 +27,9 @@ from std_srvs.srv import Trigger
 
 from cloth_ros.scene.parameter import PARAMETERS
 
+# Live nodes beside faults take minutes, and are no news after each small change.
+pytestmark = pytest.mark.slow
+
 CLOCK, REQUESTS = 'rejected messages on /clock', 'rejected requests to set parameters'
 KINDS = {'wind': Vector3Stamped, 'sphere_pose': PoseStamped}
 SCENE = [

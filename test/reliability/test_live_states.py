@@ -4,6 +4,7 @@ import math
 import time
 
 import numpy as np
+import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry import ray_crossings, triangle_distances
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
@@ -11,6 +12,9 @@ from reliability.live_node import live_node
 from ros import pose, wind
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
+
+# Live nodes beside faults take minutes, and are no news after each small change.
+pytestmark = pytest.mark.slow
 
 # A soft and heavy sheet between two rows of pins, which a sphere stretches far in one tick.
 VIOLENT = {
