@@ -9,7 +9,8 @@ the numbers of the ticks, which then begin again at a keyframe.
 from __future__ import annotations
 
 from collections import OrderedDict, deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -70,7 +71,8 @@ class _Timeline:
         self._recorded = recorded
         self._records: deque[TickRecord] = deque()
         self._states: OrderedDict[int, NDArray[np.float32]] = OrderedDict()
-        self._keyframe: Keyframe | None = None  # that may be needed
+        # Those that are ahead of the records that are held.
+        self._keyframes: deque[Keyframe] = deque(maxlen=_HELD)
         self._at: TickRecord | Keyframe | None = None  # the tick that was repeated last
         self._gap: TickRecord | Keyframe | None = None  # the last tick before the present gap
         self._has_states = True
@@ -103,15 +105,22 @@ class _Timeline:
         elif _same(self._at, keyframe):
             yield Checkpoint(keyframe)
         else:
-            self._keyframe = keyframe
+            self._keyframes.append(keyframe)
 
     def _start(self, keyframe: Keyframe) -> Iterator[Entry]:
         while self._records and self._records[0].tick <= keyframe.tick:
             self._records.popleft()
         if self._gap is not None:
             yield Gap(self._gap.tick, keyframe.tick, keyframe.stamp)
-        self._at, self._gap, self._keyframe = keyframe, None, None
+        self._at, self._gap = keyframe, None
         yield Start(keyframe)
+
+    def _take_keyframe_from(self, fits: Callable[[Keyframe], bool]) -> Keyframe | None:
+        """Take the first keyframe that fits, and discard those before it."""
+        found = next(filter(fits, self._keyframes), None)
+        while found is not None and self._keyframes.popleft() is not found:
+            pass
+        return found
 
     def _ready(self, *, final: bool) -> Iterator[Entry]:
         while self._records:
@@ -124,29 +133,39 @@ class _Timeline:
                 self._records.popleft()  # of before the keyframe, and recorded behind it
                 continue
             if record.tick != self._at.tick + 1:
-                self._gap, self._at = self._at, None
-                keyframe = self._keyframe
-                if keyframe and any(_same(each, keyframe) for each in self._records):
-                    yield from self._start(keyframe)
+                yield from self._end_at_gap()
                 continue
             late = final or len(self._records) > _HELD
-            restored = any(change.kind == RESTORED for change in record.changes)
-            if restored and not (self._keyframe and _same(record, self._keyframe)):
-                if not late:
-                    return
-                self._gap, self._at = self._at, None
-                continue
             if self._has_states and record.stamp not in self._states and not late:
                 return
+            restored = any(change.kind == RESTORED for change in record.changes)
+            if restored and not any(_same(record, keyframe) for keyframe in self._keyframes):
+                if not late:
+                    return
+                yield from self._end_at_gap()
+                continue
             self._records.popleft()
-            if restored and self._keyframe:
-                yield Start(self._keyframe)
+            keyframe = self._take_keyframe_from(partial(_same, record))
+            if restored and keyframe:
+                yield Start(keyframe)
                 record = _without_motion(record)
             self._at = record
             yield Step(record, self._states.pop(record.stamp, None))
-            if self._keyframe and _same(record, self._keyframe):
-                yield Checkpoint(self._keyframe)
-                self._keyframe = None
+            if keyframe:
+                yield Checkpoint(keyframe)
+
+    def _end_at_gap(self) -> Iterator[Entry]:
+        """Go on from the next keyframe, if it has come already."""
+        self._gap, self._at = self._at, None
+        first = self._records[0]
+
+        def fits(keyframe: Keyframe) -> bool:
+            before = keyframe.tick == first.tick - 1 and keyframe.stamp < first.stamp
+            return before or any(_same(each, keyframe) for each in self._records)
+
+        keyframe = self._take_keyframe_from(fits)
+        if keyframe:
+            yield from self._start(keyframe)
 
 
 def _same(first: TickRecord | Keyframe, second: TickRecord | Keyframe) -> bool:
