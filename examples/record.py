@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument('bag', type=Path, help='folder to make')
     parser.add_argument('--seconds', type=float, default=math.inf, help='how long (default: ever)')
     parser.add_argument(
-        '--poses', nargs='+', default=[], metavar='NAME', help='colliders whose commands to record'
+        '--poses', nargs='*', default=[], metavar='NAME', help='colliders whose commands to record'
     )
     options = parser.parse_args(remove_ros_args(sys.argv)[1:])
     if options.bag.exists():
@@ -90,7 +90,7 @@ def main() -> None:
         recorder = Recorder(bag, topics)
         executor = SingleThreadedExecutor()
         executor.add_node(recorder)
-        print(f'waiting for {recorder.resolve_topic_name("cloth/particles")}')
+        print(f'waiting for {recorder.resolve_topic_name("cloth/particles")}', flush=True)
         end = math.inf
         while not stopped.is_set() and time.monotonic() < end:
             executor.spin_once(timeout_sec=0.25)

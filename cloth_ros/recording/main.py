@@ -47,11 +47,10 @@ def _parser() -> argparse.ArgumentParser:
         '--set', action='append', default=[], metavar='NAME=VALUE', help='any other parameter'
     )
     new.add_argument(
-        '--window',
-        type=float,
-        metavar='S',
-        help='begin again from the recorded state after each S seconds, and so measure the error '
-        'that is added in them, as the live estimate does (default: never)',
+        '--check-estimates',
+        action='store_true',
+        help='write no bag, but compare the error estimates in the recorded /diagnostics with '
+        'the error that the new run finds in the same windows of time',
     )
     new.add_argument(
         '--errors',
@@ -118,18 +117,15 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
     with stop.deferred():
         from .many import on_dask
         from .resimulation import Settings
-        from .run import Outcome, repeat, resimulate
+        from .run import Outcome, check_estimates, repeat, resimulate
 
     changes = _changes(options)
-    window = 0.0 if options.window is None else options.window
-    if window and not 0 < window <= 1e6:
-        raise ValueError(f'--window is {window:g}, but must be above 0 and at most 1e6 s; write 1')
     refinement = 1.0 if options.grid is None else options.grid
     if not 0 < refinement <= 100:
         raise ValueError(f'--grid is {refinement:g}, but must be above 0 and at most 100; write 2')
     settings = None
-    if changes or options.grid is not None or options.window is not None or options.errors:
-        settings = Settings(changes, refinement, window, options.errors)
+    if changes or options.grid is not None or options.errors:
+        settings = Settings(changes, refinement, options.errors)
     bags = _bags(options.bag)
     path = options.bag
     folder = options.out or path.with_name(f'{path.resolve().name}_resimulated')
@@ -143,16 +139,18 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
     else:
         bar = _Bar(stop)
         try:
-            if settings is None:
+            if options.check_estimates:
+                outcomes = [check_estimates(path, options.cloth, settings or Settings(), bar)]
+            elif settings is None:
                 outcomes = [repeat(path, options.cloth, bar)]
             else:
                 outcomes = [resimulate(path, options.cloth, settings, folder, bar)]
         finally:
             bar.close()
         print(*outcomes[0].lines, sep='\n')
-        if settings is not None:
+        if settings is not None and not options.check_estimates:
             print(f'{folder} written')
-    if bags or (settings is None and options.out is not None):
+    if bags or (options.out is not None and (settings is None or options.check_estimates)):
         folder.mkdir(parents=True, exist_ok=True)
         results = [outcome.result for outcome in outcomes]
         (folder / 'results.json').write_text(json.dumps(results, indent=1) + '\n')

@@ -11,7 +11,7 @@ from .error_history import ErrorEntry
 from .resimulation import Resimulation
 
 # Colours that people with any colour vision tell apart.
-_LARGEST, _RMS, _LIVE = '#b84a00', '#0072b2', '#222222'
+_LARGEST, _RMS = '#b84a00', '#0072b2'
 
 
 def draw(run: Resimulation, title: str, path: Path) -> None:
@@ -22,18 +22,9 @@ def draw(run: Resimulation, title: str, path: Path) -> None:
     figure = Figure(figsize=(8.4, 4.8), layout='constrained')
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    entries, windows = run.history.entries, run.windows
+    entries = run.history.entries
     _line(axes, entries, 'largest', 'largest error of any particle', _LARGEST)
     _line(axes, entries, 'rms', 'root mean square of all particles', _RMS)
-    if windows:
-        # Only in windows is the error the one that the live estimate means.
-        axes.plot(
-            [estimate.time for estimate in run.estimates],
-            [1e3 * estimate.largest for estimate in run.estimates],
-            'x',
-            color=_LIVE,
-            label='live estimate of the largest error in a window',
-        )
     axes.set_yscale('log')
     axes.set_xlabel('simulated time [s]')
     axes.set_ylabel('distance from the new run [mm]')

@@ -13,15 +13,14 @@ from ..live.tick_record import CONFIGURED
 from ..model import check_scene
 from ..model.resample import resample_scene
 from ..scene import Scene
+from .bag import Message
 from .comparison import gap_text
-from .error_history import ErrorEntry, ErrorHistory
+from .error_history import ErrorHistory
 from .output_bag import OutputBag
-from .recorded_cloth import LiveEstimate
-from .repeated_cloth import OtherCloth, RepeatedCloth
-from .timeline import Checkpoint, Entry, Gap, Start, Step
+from .repeated_cloth import OtherCloth
+from .timeline import Entry, Gap, Start, Step
 
 _KEYFRAME = 10.0  # s of ticks, from one keyframe of the new bag to the next
-_LIMIT = 4096  # estimates and windows that are kept: memory must not grow with the bag
 
 
 @dataclass(frozen=True)
@@ -35,9 +34,6 @@ class Settings:
         Those that differ from the recorded scene, by name.
     refinement
         Divisor of the spacing of the grid.
-    window
-        Simulated time, s, after which the new run begins again from the recorded state, so that
-        the error that is added in each window is measured, as the live estimate does; 0: never.
     errors
         Whether to write the error of each particle to the new bag.
 
@@ -45,7 +41,6 @@ class Settings:
 
     parameters: Mapping[str, Any] = field(default_factory=dict)
     refinement: float = 1.0
-    window: float = 0.0
     errors: bool = False
 
     def scene(self, recorded: Scene) -> Scene:
@@ -78,10 +73,6 @@ class Resimulation:
     ----------
     history
         Error of the recorded run.
-    estimates
-        Live estimates of the recorded run, the last ones.
-    windows
-        Error at the end of each window, the last ones.
     gaps
         Ticks that were lost by the recorder, in words.
 
@@ -90,13 +81,9 @@ class Resimulation:
     def __init__(self, settings: Settings, folder: Path, node: str) -> None:
         self._settings, self._folder, self._node = settings, folder, node
         self._other = OtherCloth(settings.scene)
-        self._exact = RepeatedCloth() if settings.window else None
         self._bag: OutputBag | None = None
         self._next_keyframe = 0
-        self._window_end = 0.0
         self.history = ErrorHistory(folder / 'error.csv')
-        self.estimates: list[LiveEstimate] = []
-        self.windows: list[ErrorEntry] = []
         self.gaps: list[str] = []
 
     @property
@@ -112,20 +99,12 @@ class Resimulation:
             self._step(entry)
         elif isinstance(entry, Gap):
             self.gaps.append(gap_text(entry))
-        elif isinstance(entry, LiveEstimate):
-            if not self.estimates or self.estimates[-1].largest != entry.largest:
-                self.estimates.append(entry)
-                del self.estimates[:-_LIMIT]
-        elif not isinstance(entry, Checkpoint) and self._bag is not None:
+        elif isinstance(entry, Message) and self._bag is not None:
             self._bag.copy(entry)
 
     def _start(self, entry: Start) -> None:
         keyframe = entry.keyframe
         self._other.start(keyframe)
-        if self._exact is not None:
-            self._exact.start(keyframe)
-            self._window_end = self._other.cloth.time + self._settings.window
-            return
         if self._bag is None:
             self._bag = OutputBag(self._folder / 'bag', self._node, self.scene.frame_id)
         self._bag.write_scene(self.scene, keyframe.stamp)
@@ -134,7 +113,6 @@ class Resimulation:
     def _step(self, entry: Step) -> None:
         record = entry.record
         self._other.repeat(record)
-        distance = None
         if entry.recorded is not None:
             positions = entry.recorded[..., :3].astype(float)
             rows, columns, _ = positions.shape
@@ -145,14 +123,6 @@ class Resimulation:
                 self._bag.write_errors(record.stamp, values.astype(np.float32))
         if self._bag is not None:
             self._write_step(self._bag, entry)
-        if self._exact is not None:
-            self._exact.repeat(record)
-            if self._other.cloth.time >= self._window_end:
-                if distance is not None:
-                    self.windows.append(self.history.last)
-                    del self.windows[:-_LIMIT]
-                self._other.start(self._exact.keyframe(record.tick, record.stamp))
-                self._window_end = self._other.cloth.time + self._settings.window
 
     def _write_step(self, bag: OutputBag, entry: Step) -> None:
         record, sheet = entry.record, self.scene.sheet
@@ -174,14 +144,3 @@ class Resimulation:
         self.history.close()
         if self._bag is not None:
             self._bag.close()
-
-    def live_ratio(self) -> float | None:
-        """Return the median of live estimates, each by the window that ends nearest to it."""
-        if not self.windows or not self.estimates:
-            return None
-        ends = np.array([window.time for window in self.windows])
-        ratios = [
-            estimate.largest / self.windows[int(np.abs(ends - estimate.time).argmin())].largest
-            for estimate in self.estimates
-        ]
-        return float(np.median(ratios))

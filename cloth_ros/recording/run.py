@@ -10,6 +10,7 @@ from typing import Any
 
 from .bag import Bag
 from .comparison import Comparison
+from .estimate_check import EstimateCheck, find_windows
 from .recorded_cloth import RecordedCloth
 from .resimulation import Resimulation, Settings
 from .timeline import Step, timeline
@@ -113,16 +114,11 @@ def resimulate(
         _run(bag, recorded, run, progress)
     finally:
         run.close()
-    ratio = run.live_ratio()
     result = {
         'bag': str(path),
         'changed parameters': dict(settings.parameters),
         'grid refinement': settings.refinement,
-        'window [s]': settings.window,
         **run.history.summary(),
-        'windows': [window._asdict() for window in run.windows],
-        'live estimates': [estimate._asdict() for estimate in run.estimates],
-        'live estimate by error in a window, median': ratio,
         'gaps': run.gaps,
         'defects': bag.defects,
     }
@@ -131,8 +127,34 @@ def resimulate(
     return Outcome([*_table(run), *run.gaps, *bag.defects], True, result)
 
 
+def check_estimates(
+    path: Path, node: str | None, settings: Settings, progress: Progress
+) -> Outcome:
+    """
+    Compare the live error estimates in a recording with the error that a finer run finds.
+
+    See `resimulate` for the parameters and errors; without changed parameters, the finer run has
+    double precision and a hundredth of the tolerance.
+    """
+    recorded = RecordedCloth(Bag(path), node)
+    check = EstimateCheck(find_windows(recorded), settings)
+    bag = Bag(path)
+    _run(bag, RecordedCloth(bag, node), check, progress)
+    result = {
+        'bag': str(path),
+        'estimates': [{**each.estimate._asdict(), 'found': each.found} for each in check.checked],
+        'estimate by error found, median': check.ratio,
+        'gaps': check.gaps,
+        'defects': bag.defects,
+    }
+    return Outcome([*check.lines(), *bag.defects], True, result)
+
+
 def _run(
-    bag: Bag, recorded: RecordedCloth, taker: Comparison | Resimulation, progress: Progress
+    bag: Bag,
+    recorded: RecordedCloth,
+    taker: Comparison | Resimulation | EstimateCheck,
+    progress: Progress,
 ) -> None:
     ticks = 0
     for entry in timeline(recorded):
@@ -163,10 +185,4 @@ def _table(run: Resimulation) -> list[str]:
         f'{entry.time:18.2f}   {1e3 * entry.largest:18.4g}   {1e3 * entry.rms:14.4g}'
         for entry in chosen or entries
     ]
-    ratio = run.live_ratio()
-    if ratio is not None:
-        lines.append(
-            f'live estimate: {ratio:.2g} times the error that was added in the nearest window '
-            f'(median of {len(run.estimates)})'
-        )
     return lines

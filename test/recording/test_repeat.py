@@ -195,6 +195,5 @@ def test_other_files_are_refused_in_one_line(bag, tmp_path, capsys):
         (['--tolerance', '-1'], 'solver.tolerance'),
         (['--grid', '0'], '--grid is 0'),
         (['--grid', '0.02'], '--grid is 0.02'),
-        (['--window', '-1'], '--window is -1'),
     ):
         assert text in refusal(capsys, bag, *arguments, '--out', tmp_path / 'out')
