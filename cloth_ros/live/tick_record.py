@@ -9,6 +9,7 @@ the same bits.
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 from typing import Any, Literal
 
@@ -20,6 +21,8 @@ from ..scene.parameter_file import text_of
 
 # Of the records, keyframes and scenes that are published; raised when their meaning changes.
 FORMAT = 1
+
+_NO_INPUTS = Inputs()
 
 CONFIGURED: Literal['configured'] = 'configured'
 RESET: Literal['reset'] = 'reset'
@@ -118,12 +121,15 @@ def parameters_of(scene: Scene) -> dict[str, Any]:
     return {'rate': scene.rate, **scene.changed()}
 
 
+@functools.cache
+def _versions() -> str:
+    names = ('cloth_ros', 'numba', 'numpy')
+    return ', '.join(f'{name} {importlib.metadata.version(name)}' for name in names)
+
+
 def scene_text(scene: Scene) -> str:
     """Return a scene as a ROS parameter file, with the versions that run it as a comment."""
-    versions = ', '.join(
-        f'{name} {importlib.metadata.version(name)}' for name in ('cloth_ros', 'numba', 'numpy')
-    )
-    return f'# {versions}; form {FORMAT}\n{text_of(parameters_of(scene))}'
+    return f'# {_versions()}; form {FORMAT}\n{text_of(parameters_of(scene))}'
 
 
 class TickRecorder:
@@ -135,7 +141,7 @@ class TickRecorder:
 
     def _clear(self) -> None:
         self._changes: list[Change] = []
-        self._inputs, self._seconds, self._substep = Inputs(), 0.0, 0.0
+        self._inputs, self._seconds, self._substep = _NO_INPUTS, 0.0, 0.0
 
     def configured(self, scene: Scene, spacing: int) -> None:
         """Record that another scene is simulated, on a grid `spacing` times as coarse."""

@@ -75,10 +75,9 @@ class _Timeline:
         self._keyframes: deque[Keyframe] = deque(maxlen=_HELD)
         self._at: TickRecord | Keyframe | None = None  # the tick that was repeated last
         self._gap: TickRecord | Keyframe | None = None  # the last tick before the present gap
-        self._has_states = True
+        self._has_states = recorded.has_particles
 
     def entries(self) -> Iterator[Entry]:
-        self._has_states = self._recorded.has_particles
         for event in self._recorded.events():
             if isinstance(event, TickRecord):
                 self._records.append(event)
