@@ -117,13 +117,27 @@ class ColliderFrames:
                 changes[f'collider.{name}.orientation'] = orientation
         return scene.with_parameters(changes)
 
+    def in_frames(self, scene: Scene) -> Scene:
+        """Return a scene as it is simulated with the poses of colliders in their frames again."""
+        changes: dict[str, Any] = {}
+        for name, each in self._followed.items():
+            if name in scene.collider.names:
+                changes[f'collider.{name}.position'] = each.parameters.position
+                changes[f'collider.{name}.orientation'] = each.parameters.orientation
+        return scene.with_parameters(changes) if changes else scene
+
+    def command_again(self) -> None:
+        """Command the poses again at the next tick: the state was replaced."""
+        for each in self._followed.values():
+            each.commanded = None
+
     def move(self, live: LiveCloth, time: int) -> None:
         """
         Command the poses at the time of a tick, ns; to be called before the tick.
 
         A collider whose frame has become known is added to the cloth.
         """
-        if not self._followed or self._scene is None or live.paused:
+        if not self._followed or self._scene is None:
             return
         waiting = [each for each in self._followed.values() if each.start is None]
         poses = self._look_up(time)
