@@ -80,6 +80,9 @@ class ClothNode(ValidatedClockNode):
         self._rejected.register(CLOCK_TOPIC)
 
         self._tick_clock = TickClock(self, self._tick)
+        self._simulation_clock: SimulationClock | None = None
+        if scene.clock.publish:
+            self._simulation_clock = SimulationClock(context, self._tick_clock.steady)
         self._ticks = TickStatistics()
         self._diagnostics = Diagnostics(context, self._tick_clock, self._ticks)
         parameters.follow()
@@ -87,9 +90,6 @@ class ClothNode(ValidatedClockNode):
         timer = self.create_timer(PERIOD, self._report, clock=self._tick_clock.steady)
         watch_for_clock_jumps(timer)
         DuplicateNames(self, self._tick_clock.steady)
-        self._simulation_clock: SimulationClock | None = None
-        if scene.clock.publish:
-            self._simulation_clock = SimulationClock(context, self._tick_clock.steady)
         self._stamps, self._revision = StateStamps(), -1
         self._announced = False
         self._follow_clock()
