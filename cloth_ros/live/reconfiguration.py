@@ -92,8 +92,9 @@ class Reconfiguration:
 
     @property
     def settled(self) -> bool:
-        """True if what was last requested is simulated."""
-        return self.requested is self.overload.requested
+        """True if what was last requested is simulated, and no other request is under way."""
+        requesting = self._change is not None and self._change.requested
+        return self.requested is self.overload.requested and not requesting
 
     @property
     def failed(self) -> bool:
