@@ -55,7 +55,9 @@ class LiveCloth:
     paused
         True while time does not pass; assign to pause and resume.
     revision
-        Counts the changes of the state, by a tick or a reset.
+        Counts the changes of the state.
+    replaced
+        Counts those by a reset or a snapshot: commands of before are then undone.
 
     Raises
     ------
@@ -84,7 +86,7 @@ class LiveCloth:
         self._to_restore: Snapshot | None = None
         self.running = False
         self.paused = False
-        self.revision = 0
+        self.revision = self.replaced = 0
         self.poll()
 
     def close(self) -> None:
@@ -205,6 +207,7 @@ class LiveCloth:
         self._pacing.discard()
         self._start.release()
         self.revision += 1
+        self.replaced += 1
 
     # Time
 

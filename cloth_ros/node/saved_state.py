@@ -74,7 +74,6 @@ def load_state(context: Context) -> str:
         if not name.startswith(KEPT_BY_THE_NODE) and (name not in now or now[name] != value)
     }
     context.parameters.set_values(changes)
-    context.frames.command_again()
     restored = live.restore(snapshot.of_scene(live.requested))
     text = f'loaded {path}: {os.path.getsize(path)} bytes, simulated time {snapshot.time:.6g} s'
     return text if restored else f'{text}; it is restored once its kernels are compiled'
