@@ -9,8 +9,10 @@ if TYPE_CHECKING:
         Colliders,
         Gust,
         Markers,
+        SavedState,
         Scene,
         Sheet,
+        SimulationClock,
         Solver,
         Sphere,
         Springs,
@@ -18,8 +20,8 @@ if TYPE_CHECKING:
     )
 
 _SCENE = (
-    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere'),
-    *('Springs', 'Wind'),
+    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'SavedState', 'Scene', 'Sheet'),
+    *('SimulationClock', 'Solver', 'Sphere', 'Springs', 'Wind'),
 )
 __all__ = [
     'Cloth',
@@ -29,8 +31,10 @@ __all__ = [
     'Gust',
     'Inputs',
     'Markers',
+    'SavedState',
     'Scene',
     'Sheet',
+    'SimulationClock',
     'Snapshot',
     'Solver',
     'Sphere',

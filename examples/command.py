@@ -1,9 +1,10 @@
 """
-Command a running cloth: wind, colliders, pause and reset, from any second process.
+Command a running cloth: wind, colliders, pause, steps, reset, save and load.
 
     python examples/command.py --wind 0 3 0
     python examples/command.py --from 0 -0.6 1.2 --sphere 0 0.4 1.2 --over 2
     python examples/command.py --collider box 0 0 0.6 --orientation 0 0 0.7 0.7
+    python examples/command.py --pause --step 10 --save
 """
 
 import argparse
@@ -65,11 +66,13 @@ def move(
 
 
 def call(node: Node, kind: type, name: str, request) -> None:
-    """Call a service and print its answer."""
+    """Call a service and print its answer; exit with that if the service fails."""
     client = node.create_client(kind, name)
     wait_until(client.service_is_ready, name)
     future = client.call_async(request)
     rclpy.spin_until_future_complete(node, future)
+    if not future.result().success:
+        raise SystemExit(future.result().message)
     print(future.result().message)
 
 
@@ -106,10 +109,13 @@ def main() -> None:
     parser.add_argument('--pause', action='store_true', help='stop the time of the cloth')
     parser.add_argument('--resume', action='store_true', help='let time pass again')
     parser.add_argument('--reset', action='store_true', help='back to the initial state')
+    parser.add_argument('--load', action='store_true', help='back to the saved state')
+    parser.add_argument('--step', type=int, metavar='N', help='simulate N ticks while paused')
+    parser.add_argument('--save', action='store_true', help='save the state')
     options = parser.parse_args(remove_ros_args(sys.argv)[1:])
-    commands = ('wind', 'sphere', 'collider', 'pause', 'resume', 'reset')
+    commands = ('wind', 'sphere', 'collider', 'pause', 'resume', 'reset', 'load', 'step', 'save')
     if not any(getattr(options, command) for command in commands):
-        parser.error('say what to do: --wind, --sphere, --collider, --pause, --resume or --reset')
+        parser.error(f'say what to do: --{", --".join(commands[:-1])} or --{commands[-1]}')
     if options.start and not (options.sphere or options.collider):
         parser.error('--from goes with --sphere or --collider')
     try:
@@ -131,8 +137,10 @@ def main() -> None:
         move(node, f'{name}/pose', options.start, place, *motion)
     if options.pause or options.resume:
         call(node, SetBool, 'cloth/pause', SetBool.Request(data=options.pause))
-    if options.reset:
-        call(node, Trigger, 'cloth/reset', Trigger.Request())
+    steps = ['step'] * (options.step or 0)
+    for name in ('reset', 'load', *steps, 'save'):
+        if getattr(options, name):
+            call(node, Trigger, f'cloth/{name}', Trigger.Request())
     rclpy.shutdown()
 
 

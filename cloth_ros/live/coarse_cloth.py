@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..model import Cloth
+from ..model import Cloth, Snapshot
 from ..model.contact.collider import Collider
 from ..model.grid import Array
 from ..model.resample import interpolate, resample_scene
@@ -83,6 +83,14 @@ class CoarseCloth:
             self.scene = scene
             return self
         return CoarseCloth(scene, spacing, self.cloth)
+
+    def snapshot(self, scene: Scene) -> Snapshot:
+        """Return the state on the grid, and with the parameters, of a scene of the same sheet."""
+        if self.cloth.scene == scene:
+            return self.cloth.snapshot()
+        cloth = Cloth(scene)
+        cloth.restore(self.cloth.snapshot())
+        return cloth.snapshot()
 
     @property
     def air_velocity(self) -> tuple[float, float, float]:

@@ -13,13 +13,11 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 
-from ..model import Cloth, check_scene
+from ..model import Cloth, Snapshot, check_scene
 from ..model.contact.collider import Collider
 from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
-from ..model.time_step import integrator_for
 from ..scene import Scene
-from ..scene.plausibility import implausible_values
 from .compile_kernels import kinds_of
 from .error_estimate import ErrorEstimator, double_precision, fine_solution
 from .first_start import FirstStart
@@ -27,8 +25,9 @@ from .kernel_compiler import NICEST, KernelCompiler, Log
 from .keyframe import Keyframe, keyframe_of
 from .overload import OVERLOADED
 from .pacing import Pacing
-from .reconfiguration import Reconfiguration
-from .report import Report, contact_values
+from .plausibility_log import PlausibilityLog
+from .reconfiguration import Change, Reconfiguration
+from .report import Report, measured_values
 from .slow_motion import SlowMotion
 from .solver_summary import solver_summary
 from .tick_record import TickRecorder
@@ -58,7 +57,9 @@ class LiveCloth:
     paused
         True while time does not pass; assign to pause and resume.
     revision
-        Counts the changes of the state, by a tick or a reset.
+        Counts the changes of the state.
+    replaced
+        Counts those by a reset or a snapshot: commands of before are then undone.
     record
         Collects what acts on the cloth in each tick.
 
@@ -72,8 +73,8 @@ class LiveCloth:
     def __init__(self, scene: Scene, log: Log) -> None:
         self._log = log
         check_scene(scene)
-        self._implausible: Mapping[str, str] = {}
-        self._warn_of_implausible(scene)
+        self._plausibility = PlausibilityLog(log)
+        self._plausibility.check(scene)
         self._compiler = KernelCompiler(log)
         self._start = FirstStart(scene, self._compiler, log)
         self._published = self._start.initial_cloth()
@@ -87,9 +88,10 @@ class LiveCloth:
         self._may_change = True
         self._summary_due = False
         self.record = TickRecorder()
+        self._to_restore: Snapshot | None = None
         self.running = False
         self.paused = False
-        self.revision = 0
+        self.revision = self.replaced = 0
         self.poll()
 
     def close(self) -> None:
@@ -112,6 +114,11 @@ class LiveCloth:
     def pending(self) -> float:
         """Time that has passed but is not simulated yet, s; the state is as old as that."""
         return self._pacing.pending
+
+    @property
+    def reduction(self) -> str:
+        """What is given up because of overload, in words; empty if nothing is."""
+        return self._changes.reduction
 
     @property
     def air_velocity(self) -> Vector:
@@ -149,17 +156,10 @@ class LiveCloth:
 
         However often they change, they take effect once a tick, unless a command comes between.
         """
-        self._warn_of_implausible(scene)
+        self._plausibility.check(scene)
         self._changes.requested = scene
         if self._may_change:
             self._change_scene()
-
-    def _warn_of_implausible(self, scene: Scene) -> None:
-        """Warn once of each value that is almost certainly an error of the unit."""
-        before, self._implausible = self._implausible, implausible_values(scene)
-        for name, text in self._implausible.items():
-            if before.get(name) != text:
-                self._log.warning(f'is this value meant? {text}')
 
     def set_wind(self, velocity: Sequence[float]) -> None:
         """Set the velocity of the air, m/s; raises ValueError."""
@@ -193,13 +193,32 @@ class LiveCloth:
 
     def reset(self) -> None:
         """Return to the initial state."""
+        self._to_restore = None
         self._change_scene()
         self._published.cloth.reset()
         self.record.reset()
+        self._state_replaced()
+
+    def snapshot(self) -> Snapshot:
+        """Return the state for the scene that is in effect, on the grid that is published."""
+        return self._published.snapshot(self._changes.overload.requested)
+
+    def restore(self, snapshot: Snapshot) -> bool:
+        """
+        Return to a snapshot as soon as the requested scene is simulated.
+
+        Returns True if it is now; False if kernels are being compiled first.
+        """
+        self._to_restore, self._may_change = snapshot, True
+        self._change_scene()
+        return self._to_restore is None
+
+    def _state_replaced(self) -> None:
         self._estimator.restart()
         self._pacing.discard()
         self._start.release()
         self.revision += 1
+        self.replaced += 1
 
     # Time
 
@@ -250,21 +269,43 @@ class LiveCloth:
             return True
         self.revision += 1
         start, cpu = time.perf_counter(), time.thread_time()
-        inputs = cloth.inputs
         if self._estimating:
             self._estimator.observe(count * substep)
-        for _ in self._start.advance(cloth, count * substep):
-            if interrupted():
-                return False
+        if not self._advance(count * substep, interrupted):
+            return False
         if self._start.held:
             pacing.discard()
             return True
-        self.record.advanced(inputs, count * substep, substep)
         wall, cpu = time.perf_counter() - start, time.thread_time() - cpu
         pacing.done(count, substep, wall, cpu)
         self._substeps += cloth.substeps
         if pacing.lost > lost:
             self._changes.relax(pacing.cost)
+        return True
+
+    def step(self, interrupted: Callable[[], bool] = lambda: False) -> bool:
+        """Simulate one tick while paused; False if interrupted, ValueError if held or running."""
+        if not self.paused:
+            raise ValueError('the cloth is not paused; pause it, then step')
+        self.poll()
+        self._may_change = True
+        self._change_scene()
+        if not self._advance(1 / self.scene.rate, interrupted):
+            return False
+        if self._start.held:
+            raise ValueError(f'the cloth is held: {self._start.held}; step again later')
+        self.revision += 1
+        return True
+
+    def _advance(self, seconds: float, interrupted: Callable[[], bool]) -> bool:
+        """Advance, and record that, unless the cloth is held; return False if interrupted."""
+        cloth = self._published.cloth
+        inputs = cloth.inputs
+        for _ in self._start.advance(cloth, seconds):
+            if interrupted():
+                return False
+        if not self._start.held:
+            self.record.advanced(inputs, seconds, cloth.substep)
         return True
 
     def estimate_error(self, wall: float) -> None:
@@ -291,8 +332,22 @@ class LiveCloth:
     def _change_scene(self) -> None:
         """Make a change that was requested, or that overload requires, once it is ready."""
         change = self._changes.poll()
-        if change is None:
+        if change is not None:
+            self._make(change)
+        if self._to_restore is None or self._start.missing:
             return
+        snapshot = self._to_restore
+        if self._changes.failed:  # the log says why
+            self._to_restore = None
+            self._log.error('the saved state is not restored')
+        elif self._changes.settled:
+            self._to_restore = None
+            self._published.cloth.restore(snapshot)
+            self.record.restored()
+            self._state_replaced()
+            self._log.info(f'a saved state is restored: simulated time {self.time:.6g} s')
+
+    def _make(self, change: Change) -> None:
         level = change.level
         self._published = self._published.changed(level.scene, level.spacing)
         self.record.configured(level.scene, level.spacing)
@@ -360,22 +415,5 @@ class LiveCloth:
     def values(self) -> dict[str, object]:
         """Return measured values by name and unit; takes as long as some substeps."""
         cloth = self._published.cloth
-        strain = cloth.strain()
-        return {
-            'simulated time [s]': cloth.time,
-            'substeps in the last tick': cloth.substeps,
-            'method': integrator_for(cloth.scene).name,
-            'tolerance [m]': cloth.scene.solver.tolerance,
-            'substep [s]': cloth.substep,
-            'stability limit [s]': cloth.stability_limit,
-            'load [share of real time]': self._pacing.load(cloth.substep),
-            'energy [J]': cloth.energy(),
-            'largest stretch': strain.stretch,
-            'largest shear angle [rad]': strain.shear_angle,
-            'largest fold angle [rad]': strain.fold_angle,
-            **self._estimator.report(),
-            'sphere radius [m]': cloth.sphere_radius,
-            'sphere penetration [m]': cloth.sphere_depth,
-            **contact_values(self.colliders),
-            **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
-        }
+        load = self._pacing.load(cloth.substep)
+        return measured_values(cloth, load, self._estimator.report())

@@ -90,6 +90,17 @@ class Reconfiguration:
         """What is given up because of overload, in words; empty if nothing is."""
         return self.overload.level.text if self.overload.depth else ''
 
+    @property
+    def settled(self) -> bool:
+        """True if what was last requested is simulated, and no other request is under way."""
+        requesting = self._change is not None and self._change.requested
+        return self.requested is self.overload.requested and not requesting
+
+    @property
+    def failed(self) -> bool:
+        """True if the kernels of what was last requested cannot be compiled."""
+        return self.requested is self._failed
+
     def relax(self, cost: float) -> None:
         """Give up accuracy if the machine is too slow; `cost` is that of a substep now, s."""
         self._change_level(self.overload.relax, cost)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..model import Cloth
 from ..model.contact.collider import Collider
 from ..model.energy_monitor import RollbackCounts
+from ..model.time_step import integrator_for
 
 
 @dataclass(frozen=True)
@@ -49,3 +51,38 @@ def contact_values(colliders: Mapping[str, Collider]) -> dict[str, object]:
         values[f'{name} penetration [m]'] = collider.max_penetration
         values[f'{name} touching particles'] = collider.touching
     return values
+
+
+def measured_values(cloth: Cloth, load: float, error: Mapping[str, object]) -> dict[str, object]:
+    """
+    Return measured values by name and unit; takes as long as some substeps.
+
+    Parameters
+    ----------
+    cloth
+        What is simulated.
+    load
+        Wall-clock time by simulated time.
+    error
+        Values of the error estimate.
+
+    """
+    strain = cloth.strain()
+    return {
+        'simulated time [s]': cloth.time,
+        'substeps in the last tick': cloth.substeps,
+        'method': integrator_for(cloth.scene).name,
+        'tolerance [m]': cloth.scene.solver.tolerance,
+        'substep [s]': cloth.substep,
+        'stability limit [s]': cloth.stability_limit,
+        'load [share of real time]': load,
+        'energy [J]': cloth.energy(),
+        'largest stretch': strain.stretch,
+        'largest shear angle [rad]': strain.shear_angle,
+        'largest fold angle [rad]': strain.fold_angle,
+        **error,
+        'sphere radius [m]': cloth.sphere_radius,
+        'sphere penetration [m]': cloth.sphere_depth,
+        **contact_values(cloth.colliders),
+        **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
+    }

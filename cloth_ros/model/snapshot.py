@@ -59,6 +59,22 @@ class Snapshot:
     account: EnergyAccount | None
     inputs: Inputs
 
+    def of_scene(self, scene: Scene) -> Snapshot:
+        """
+        Return the same state for a scene with the same sheet, whose parameters may differ.
+
+        Colliders that the scene does not have are left out.
+        """
+        contact, parameters = self.contact, {each.name: each for each in scene.all_colliders()}
+        if contact is not None:
+            colliders = {
+                name: each._replace(parameters=parameters[name])
+                for name, each in contact.colliders.items()
+                if name in parameters
+            }
+            contact = contact._replace(colliders=colliders)
+        return replace(self, scene=scene, contact=contact)
+
     def resampled(self, scene: Scene) -> Snapshot:
         """
         Return this state on the grid of another scene, linearly between its own particles.

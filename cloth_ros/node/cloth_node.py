@@ -20,6 +20,8 @@ from .parameter_services import SafeParameterService
 from .parameters import SceneParameters, declare_scene
 from .rejected_inputs import RejectedInputs
 from .services import SERVICES
+from .simulation_clock import SimulationClock, check_clock
+from .state_stamps import StateStamps
 from .tick_clock import TickClock
 from .tick_statistics import TickStatistics
 from .transforms import Transforms
@@ -52,13 +54,23 @@ class ClothNode(ValidatedClockNode):
         self._log = self.get_logger()
         self._rejected = RejectedInputs(self._log)
         scene, queues = declare_scene(self)
+        check_clock(self, scene.clock.publish)
         self._log.info('preparing the kernels')
         self._transforms = Transforms(self, scene.frame_id)
         self._frames = ColliderFrames(self._transforms, self._log)
         self._scene = scene
         now = self.get_clock().now().nanoseconds
         self._live = LiveCloth(self._frames.simulated(scene, None, now), self._log)
-        context = Context(self, self._live, self._transforms, self._rejected, self._frames)
+        parameters = SceneParameters(self, scene, queues, self._apply)
+        context = Context(
+            self,
+            self._live,
+            self._transforms,
+            self._rejected,
+            self._frames,
+            parameters,
+            self._step,
+        )
         self._outputs = [make(context) for make in OUTPUTS]
         self._inputs = [make(context) for make in INPUTS]
         for each in self._inputs:
@@ -68,16 +80,17 @@ class ClothNode(ValidatedClockNode):
         self._rejected.register(CLOCK_TOPIC)
 
         self._tick_clock = TickClock(self, self._tick)
+        self._simulation_clock: SimulationClock | None = None
+        if scene.clock.publish:
+            self._simulation_clock = SimulationClock(context, self._tick_clock.steady)
         self._ticks = TickStatistics()
         self._diagnostics = Diagnostics(context, self._tick_clock, self._ticks)
-        self._scene_parameters = SceneParameters(self, scene, queues, self._apply)
-        self._safe_service = SafeParameterService(
-            self, self._scene_parameters, self._rejected.count_request
-        )
+        parameters.follow()
+        self._safe_service = SafeParameterService(self, parameters, self._rejected.count_request)
         timer = self.create_timer(PERIOD, self._report, clock=self._tick_clock.steady)
         watch_for_clock_jumps(timer)
         DuplicateNames(self, self._tick_clock.steady)
-        self._stamp, self._revision = 0, -1
+        self._stamps, self._revision = StateStamps(), -1
         self._announced = False
         self._follow_clock()
         self._announce()
@@ -108,6 +121,8 @@ class ClothNode(ValidatedClockNode):
         inputs = [topic for each in self._inputs for topic in each.topics]
         outputs = [topic for each in self._outputs for topic in each.topics]
         outputs.append(self._diagnostics.topic)
+        if self._simulation_clock is not None:
+            outputs.append(self._simulation_clock.topic)
         self._log.info(
             f'publishing {", ".join(outputs[:-1])} and {outputs[-1]}; listening to '
             f'{", ".join(inputs[:-1])} and {inputs[-1]}'
@@ -130,14 +145,15 @@ class ClothNode(ValidatedClockNode):
     def _follow_clock(self) -> None:
         """Tick at the rate of the scene, by the clock that `use_sim_time` selects."""
         if self._tick_clock.start(self._live.scene.rate):
-            self._stamp = self.get_clock().now().nanoseconds
+            self._stamps.restart(self.get_clock().now().nanoseconds)
 
     def _tick(self) -> None:
         tick, stamp = self._tick_clock.tick(), self.get_clock().now().nanoseconds
         self._ticks.begin(tick)
         if tick.jump is not None and tick.jump < 0:
             self._transforms.discard()
-        self._frames.move(self._live, stamp)
+        if not self._live.paused:
+            self._frames.move(self._live, stamp)
         period = self._tick_clock.period
         complete = self._live.tick(
             tick.elapsed,
@@ -151,15 +167,35 @@ class ClothNode(ValidatedClockNode):
         moved = self._live.revision != self._revision or tick.jump is not None
         if moved:
             self._revision = self._live.revision
-            self._stamp = max(stamp - int(self._live.pending * 1e9), 0)
+            self._stamps.tick(stamp, self._live.pending, jumped=tick.jump is not None)
         start = time.perf_counter()
+        if self._simulation_clock is not None:
+            self._stamps.restart(self._simulation_clock.show())
+            self._simulation_clock.publish_if_due(tick.now)
         # Less than half a substep may have passed: that state was published with its stamp.
-        for output in self._outputs if moved or self._live.paused else ():
-            output.publish(tick.now, self._stamp)
+        if moved or self._live.paused:
+            self._publish(tick.now)
         self._ticks.end(tick, time.perf_counter() - start)
         self._live.estimate_error(tick.wall)
         self._announce()
         self._follow_clock()  # the rate may have changed
+
+    def _publish(self, now: float) -> None:
+        """Publish the present state; `now` is the time of the clock that ticks follow, s."""
+        for output in self._outputs:
+            output.publish(now, self._stamps.stamp)
+
+    def _step(self) -> None:
+        """Simulate one tick while the cloth is paused, and publish it; raises ValueError."""
+        self._frames.move(self._live, self.get_clock().now().nanoseconds)
+        if not self._live.step(interrupted=lambda: self._stop.requested):
+            return
+        self._revision = self._live.revision
+        self._stamps.step(1 / self._live.scene.rate)
+        if self._simulation_clock is not None:
+            self._stamps.restart(self._simulation_clock.show())
+            self._simulation_clock.publish()
+        self._publish(self._tick_clock.now)
 
     def _report(self) -> None:
         self._live.poll()  # without /clock there are no ticks

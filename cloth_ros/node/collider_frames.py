@@ -33,7 +33,7 @@ class _Followed:
         Pose in the scene that is simulated, where the collider is after a reset; None before the
         first transform.
     commanded
-        Pose of the last command; None: none since the start or a reset.
+        Pose of the last command; None: none since the state was replaced.
     problem
         Why it stays where it is; empty if it does not.
 
@@ -63,6 +63,7 @@ class ColliderFrames:
         self._transforms, self._log = transforms, log
         self._scene: Scene | None = None
         self._followed: dict[str, _Followed] = {}
+        self._replaced = 0  # of the cloth, when poses were last commanded
 
     def followed_by(self, name: str) -> str:
         """Return the frame that a collider follows; empty: none."""
@@ -117,14 +118,27 @@ class ColliderFrames:
                 changes[f'collider.{name}.orientation'] = orientation
         return scene.with_parameters(changes)
 
+    def in_frames(self, scene: Scene) -> Scene:
+        """Return a scene as it is simulated with the poses of colliders in their frames again."""
+        changes: dict[str, Any] = {}
+        for name, each in self._followed.items():
+            if name in scene.collider.names:
+                changes[f'collider.{name}.position'] = each.parameters.position
+                changes[f'collider.{name}.orientation'] = each.parameters.orientation
+        return scene.with_parameters(changes) if changes else scene
+
     def move(self, live: LiveCloth, time: int) -> None:
         """
         Command the poses at the time of a tick, ns; to be called before the tick.
 
         A collider whose frame has become known is added to the cloth.
         """
-        if not self._followed or self._scene is None or live.paused:
+        if not self._followed or self._scene is None:
             return
+        if live.replaced != self._replaced:
+            self._replaced = live.replaced
+            for followed in self._followed.values():
+                followed.commanded = None
         waiting = [each for each in self._followed.values() if each.start is None]
         poses = self._look_up(time)
         if any(each.start is not None for each in waiting):
@@ -146,8 +160,6 @@ class ColliderFrames:
             return
         for name, pose in self._look_up(time).items():
             self._followed[name].start = pose
-        for each in self._followed.values():
-            each.commanded = None
         live.configure(self._placed(self._scene))
 
     @property

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from rclpy.node import Node
 
 from ..live.live_cloth import LiveCloth
 from .collider_frames import ColliderFrames
+from .parameters import SceneParameters
 from .rejected_inputs import RejectedInputs
 from .transforms import Transforms
 
@@ -30,6 +32,10 @@ class Context:
         Counts and reports messages that are rejected.
     frames
         Moves colliders that follow a frame.
+    parameters
+        Parameters of the node that make the scene.
+    step
+        Simulates and publishes one tick while the cloth is paused; raises ValueError.
     unsent
         Number of messages that could not be sent, by topic.
 
@@ -40,4 +46,6 @@ class Context:
     transforms: Transforms
     rejected: RejectedInputs
     frames: ColliderFrames
+    parameters: SceneParameters
+    step: Callable[[], None]
     unsent: Counter[str] = field(default_factory=Counter)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -187,6 +187,10 @@ class SceneParameters:
         self.scene = scene
         self._node, self._queues, self._apply = node, queues, apply
         self._declaring = False
+
+    def follow(self) -> None:
+        """Check and follow what is set from now on."""
+        node = self._node
         node.add_pre_set_parameters_callback(coerce_types)
         node.add_on_set_parameters_callback(self._may_be_set)
         node.add_post_set_parameters_callback(self._were_set)
@@ -222,6 +226,16 @@ class SceneParameters:
             yield
         finally:
             self._declaring = False
+
+    def set_values(self, values: Mapping[str, Any]) -> None:
+        """Set parameters of a scene together, with the values of a scene; raises ValueError."""
+        parameters = [Parameter(name, value=_ros_value(value)) for name, value in values.items()]
+        if not parameters:
+            return
+        with self.declared(coerce_types(parameters)):
+            result = self._node.set_parameters_atomically(parameters)
+        if not result.successful:
+            raise ValueError(result.reason)
 
     def unnamed(self, parameters: Iterable[Parameter]) -> list[str]:
         """Return the colliders that parameters belong to, and that `collider.names` lacks."""

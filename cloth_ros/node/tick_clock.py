@@ -129,6 +129,12 @@ class TickClock:
         return Tick(1e-9 * now, elapsed, wall, jump)
 
     @property
+    def now(self) -> float:
+        """Time of the clock that ticks follow, s."""
+        assert self._clock is not None
+        return 1e-9 * self._clock.now().nanoseconds
+
+    @property
     def _period(self) -> int:
         # Rounded down: with a /clock of the same rate, in whole nanoseconds, each message is due.
         return int(1e9 / self._rate)

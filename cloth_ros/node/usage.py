@@ -24,6 +24,9 @@ topics and services:
   NAME/wrench   out  geometry_msgs/WrenchStamped        force and torque on collider NAME, N, N m
   ~/reset            std_srvs/Trigger                   return to the initial state
   ~/pause            std_srvs/SetBool                   stop or continue
+  ~/step             std_srvs/Trigger                   one tick, while paused
+  ~/save, ~/load     std_srvs/Trigger                   write and read the whole state
+  /clock        out  rosgraph_msgs/Clock                simulated time, with clock.publish
 
 main parameters, with their defaults:
 {parameters}

@@ -1,15 +1,18 @@
 """Parameters of a simulation as validated data: units, ranges, and reading ROS parameter files."""
 
 from .collider import ColliderParameters, Colliders
-from .scene import Gust, Markers, Scene, Sheet, Solver, Sphere, Springs, Wind
+from .node_groups import Markers, SavedState, SimulationClock
+from .scene import Gust, Scene, Sheet, Solver, Sphere, Springs, Wind
 
 __all__ = [
     'ColliderParameters',
     'Colliders',
     'Gust',
     'Markers',
+    'SavedState',
     'Scene',
     'Sheet',
+    'SimulationClock',
     'Solver',
     'Sphere',
     'Springs',

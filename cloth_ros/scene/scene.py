@@ -18,6 +18,7 @@ import numpy as np
 from . import parameter_file
 from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
+from .node_groups import Markers, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
@@ -227,23 +228,6 @@ class Solver(ParameterGroup):
 
 
 @dataclass(frozen=True)
-class Markers(ParameterGroup):
-    """Markers for RViz."""
-
-    prefix: ClassVar[str] = 'markers.'
-    rate: float = parameter(
-        30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000
-    )
-    springs: bool = parameter(False, 'show the springs as lines')
-    meshes: str = parameter(
-        'triangles',
-        'how colliders of type mesh are shown: as triangles, for every viewer; or as the URL of '
-        'the file, which viewers on this machine read themselves',
-        choices=('triangles', 'file'),
-    )
-
-
-@dataclass(frozen=True)
 class Scene(ParameterGroup):
     """
     A whole scene: the parameters of a cloth, of its air and of the colliders.
@@ -276,6 +260,8 @@ class Scene(ParameterGroup):
     collider: Colliders = field(default_factory=Colliders)
     solver: Solver = field(default_factory=Solver)
     markers: Markers = field(default_factory=Markers)
+    clock: SimulationClock = field(default_factory=SimulationClock)
+    snapshot: SavedState = field(default_factory=SavedState)
 
     @classmethod
     def from_yaml(cls, path: str | os.PathLike[str]) -> Scene:

@@ -48,6 +48,8 @@ CHANGES = {
     'markers.rate': 10.0,
     'markers.meshes': 'file',
     'markers.springs': True,
+    'clock.rate': 5.0,
+    'snapshot.file': '/tmp/draped.snapshot',
 }
 
 

@@ -140,7 +140,9 @@ def test_the_programs_run(block, folders):
         if block.scene is None:
             run(block, folder, variables)
             return
-        node = Process((*NODE, '--ros-args', '--params-file', block.scene), environment(domain))
+        # Not to replace the state that the user has saved.
+        own = {**environment(domain), 'ROS_HOME': str(folder)}
+        node = Process((*NODE, '--ros-args', '--params-file', block.scene), own)
         try:
             node.wait_for_output('publishing')
             if block.needs == 'ros2':  # whose daemon has to discover the node first

@@ -7,7 +7,7 @@ import pytest
 from chromium import DESKTOP
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
-from ros import set_parameters
+from ros import set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 UPPER = '/cloths/cloth/sheet/upper'
@@ -140,3 +140,18 @@ def test_a_setting_by_others_is_shown(start_cloth, view, probe):
     assert set_parameters(probe, springs__structural=777.0)[0].successful
     shown = view.page.locator('input[value="777"]')
     view.wait_for(shown.count)
+
+
+@pytest.mark.slow
+def test_a_paused_cloth_is_stepped(start_cloth, view, probe):
+    start_cloth(**CURTAIN)
+    states = probe.collect(PointCloud2, '/cloth/particles')
+    view.wait_for_node(UPPER)
+    button = lambda name: view.page.get_by_role('button', name=name, exact=True)  # noqa: E731
+    view.wait_for(button('Pause').count)
+    button('Pause').click()
+    probe.spin_until(lambda: len({stamp(state) for state in states[-5:]}) == 1)
+    before = stamp(states[-1])
+    button('Step').click()
+    probe.spin_until(lambda: stamp(states[-1]) > before)
+    assert stamp(states[-1]) - before == pytest.approx(1 / 60, abs=1e-8)

@@ -7,12 +7,17 @@ from std_srvs.srv import Trigger
 from ..context import Context
 
 
+def reset_cloth(context: Context) -> None:
+    """Return to the initial state, with colliders where their frames are now."""
+    context.frames.prepare_reset(context.live, context.node.get_clock().now().nanoseconds)
+    context.live.reset()
+
+
 def create_reset_service(context: Context) -> None:
     """Offer `~/reset`."""
 
     def reset(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        context.frames.prepare_reset(context.live, context.node.get_clock().now().nanoseconds)
-        context.live.reset()
+        reset_cloth(context)
         response.success = True
         response.message = 'the cloth is back in its initial state'
         return response
