@@ -25,6 +25,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
+from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import PointCloud2
@@ -49,7 +50,7 @@ class Recorder(Node):
 
     def __init__(self, bag: Writer, topics: dict[str, type]) -> None:
         super().__init__('cloth_record')
-        self.count = 0
+        self.count, self.repeatable = 0, False
         self._bag = bag
         types = get_typestore(Stores.ROS2_JAZZY)
         for topic, kind in topics.items():
@@ -61,9 +62,12 @@ class Recorder(Node):
             profile = LATCHED if topic == 'cloth/scene' else 1000
             self.create_subscription(kind, topic, write, profile, raw=True)
 
-    def _write(self, connection: object, message: bytes) -> None:
+    def _write(self, connection: Connection, message: bytes) -> None:
         self._bag.write(connection, time.time_ns(), message)
         self.count += 1
+        if not self.repeatable and connection.topic.endswith('/keyframes'):
+            self.repeatable = True
+            print('recording; from here on, cloth_resimulate can repeat it', flush=True)
 
 
 def main() -> None:
@@ -96,6 +100,10 @@ def main() -> None:
             executor.spin_once(timeout_sec=0.25)
             if recorder.count and end == math.inf:
                 end = time.monotonic() + options.seconds
+        before = -1
+        while recorder.count > before:  # what has arrived already
+            before = recorder.count
+            executor.spin_once(timeout_sec=0.1)
     print(f'{recorder.count} messages in {options.bag}')
     rclpy.shutdown()
 

@@ -21,7 +21,8 @@ from ..publisher import TolerantPublisher
 
 # Records are small, and each that a recorder loses is a gap: the queue is deep.
 _DEPTH = 1000
-_INTERVAL = 10.0  # s of ticks, from one keyframe to the next
+# From one keyframe to the next, and from that for a new subscriber to the next, s of ticks.
+_INTERVAL, _AGAIN = 10.0, 1.0
 
 
 class RecordingOutput:
@@ -56,13 +57,14 @@ class RecordingOutput:
         appeared = any(new > old for new, old in zip(subscribers, former, strict=True))
         restored = any(change.kind == RESTORED for change in record.changes)
         if appeared or restored or record.tick >= self._next:
-            self._publish_keyframe(record)
+            # A subscriber that knows of the publisher later than that of it may miss the first.
+            self._publish_keyframe(record, _AGAIN if appeared else _INTERVAL)
 
     def _subscribers_now(self) -> tuple[int, int]:
         return self._ticks.subscribers, self._keyframes.subscribers
 
-    def _publish_keyframe(self, record: TickRecord) -> None:
-        self._next = record.tick + round(_INTERVAL * self._live.scene.rate)
+    def _publish_keyframe(self, record: TickRecord, interval: float) -> None:
+        self._next = record.tick + round(interval * self._live.scene.rate)
         if self._keyframes.wanted:
             data = self._live.keyframe(record.tick, record.stamp).encode()
             self._keyframes.publish(UInt8MultiArray(data=array.array('B', data)))
