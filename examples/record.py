@@ -100,8 +100,8 @@ def main() -> None:
             executor.spin_once(timeout_sec=0.25)
             if recorder.count and end == math.inf:
                 end = time.monotonic() + options.seconds
-        before = -1
-        while recorder.count > before:  # what has arrived already
+        end, before = time.monotonic() + 1.0, -1
+        while recorder.count > before and time.monotonic() < end:  # what has arrived already
             before = recorder.count
             executor.spin_once(timeout_sec=0.1)
     print(f'{recorder.count} messages in {options.bag}')

@@ -62,7 +62,7 @@ def session(start_cloth, probe, record, scene, path, ticks):
             publisher.publish(pose(x + 0.05 * np.sin(0.07 * count), y, z + 0.02))
 
     count = 0
-    while len(particles) < begin + ticks:
+    while len(particles) < begin + ticks or count < 60:
         act(count)
         count += 1
         probe.spin_for(0.02)
