@@ -6,7 +6,7 @@ import contextlib
 import os
 import secrets
 
-from ..scene.parameter_file import check_path
+from ..scene.parameter_file import check_path, format_path
 
 
 def write(path: str | os.PathLike[str], data: bytes) -> None:
@@ -19,14 +19,20 @@ def write(path: str | os.PathLike[str], data: bytes) -> None:
     Raises
     ------
     ValueError
-        The path is none.
+        The path is none, or that of a folder, a pipe or a device.
     OSError
         The file cannot be written; one that is there stays as it is.
 
     """
     check_path(path)
     # What a symbolic link points to is replaced, not the link.
-    folder, name = os.path.split(os.path.realpath(path))
+    target = os.path.realpath(path)
+    if os.path.exists(target) and not os.path.isfile(target):
+        raise ValueError(
+            f'{format_path(path)}: this is not a regular file but a folder, a pipe or a device; '
+            'give a file'
+        )
+    folder, name = os.path.split(target)
     temporary = os.path.join(folder, f'.{name}.{secrets.token_hex(4)}.tmp')
     try:
         try:
@@ -34,7 +40,7 @@ def write(path: str | os.PathLike[str], data: bytes) -> None:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(temporary, os.path.join(folder, name))
+            os.replace(temporary, target)
         except BaseException:
             with contextlib.suppress(OSError):
                 os.unlink(temporary)

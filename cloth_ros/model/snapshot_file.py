@@ -164,11 +164,9 @@ def _digest(data: bytes | bytearray) -> bytes:
     return digest.digest()
 
 
-def write(path: str | os.PathLike[str], snapshot: Snapshot) -> int:
-    """Write a snapshot to a file, see `atomic_file`; return its size in bytes."""
-    data = encode(snapshot)
-    atomic_file.write(path, data)
-    return len(data)
+def write(path: str | os.PathLike[str], snapshot: Snapshot) -> None:
+    """Write a snapshot to a file; see `atomic_file`."""
+    atomic_file.write(path, encode(snapshot))
 
 
 def read(path: str | os.PathLike[str]) -> Snapshot:

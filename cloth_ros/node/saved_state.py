@@ -6,13 +6,15 @@ import os
 import shlex
 from pathlib import Path
 
-from ..model import snapshot_file
+from ..model import atomic_file, snapshot_file
 from ..model.scene_check import changed_fixed
 from ..scene import Scene
 from ..scene.node_groups import KEPT_BY_THE_NODE
 from ..scene.parameter import format_value
 from ..scene.yaml_text import write
 from .context import Context
+
+_SIGNATURE = 8  # bytes, with which all saved states begin
 
 
 def state_path(context: Context) -> str:
@@ -40,13 +42,27 @@ def save_state(context: Context) -> str:
     snapshot = live.snapshot()
     changing = snapshot.scene != live.requested
     snapshot = snapshot.of_scene(context.frames.in_frames(snapshot.scene))
-    size = snapshot_file.write(path, snapshot)
-    text = f'saved {path}: {size} bytes, simulated time {snapshot.time:.6g} s'
+    data = snapshot_file.encode(snapshot)
+    _check_replaced(path, data)
+    atomic_file.write(path, data)
+    text = f'saved {path}: {len(data)} bytes, simulated time {snapshot.time:.6g} s'
     if live.reduction:
         text += f'; because of overload ({live.reduction}) it is converted to the scene requested'
     if changing:
         text += '; parameters whose kernels are being compiled are not in it yet'
     return text
+
+
+def _check_replaced(path: str, data: bytes) -> None:
+    """Raise ValueError if a file is to be replaced that is not a saved state."""
+    if not os.path.isfile(path):
+        return
+    with open(path, 'rb') as file:
+        if file.read(_SIGNATURE) != data[:_SIGNATURE]:
+            raise ValueError(
+                f'{path}: this file is not a saved state, and is not replaced; remove it, or set '
+                'snapshot.file to another'
+            )
 
 
 def load_state(context: Context) -> str:
