@@ -30,6 +30,8 @@ from ..model.step_control import AdaptiveStepControl
 from ..model.time_step import integrator_for
 from ..scene import Scene
 from ..scene.parameter import checked_number, one_line
+from .compile_kernels import kinds_of
+from .kernel_compiler import NICEST, KernelCompiler
 
 _DIVISION = 2
 # Longest window, s of simulated time, and the wall-clock time, s, that it may take to evaluate.
@@ -73,6 +75,19 @@ def fine_solution(scene: Scene) -> Cloth:
     for _ in cloth.warm_up():
         pass
     return cloth
+
+
+def fine_in_background(
+    compiler: KernelCompiler, label: Callable[[str], str], scene: Scene
+) -> Future[Cloth]:
+    """Make `fine_solution` in the background; `label` names its kernels in log messages."""
+    double, name = double_precision(scene), label('the error estimate')
+
+    def make() -> Cloth:
+        compiler.ensure(double, kinds_of(double), name, NICEST)
+        return fine_solution(scene)
+
+    return compiler.submit(make)
 
 
 def _now(scene: Scene) -> Future[Cloth]:

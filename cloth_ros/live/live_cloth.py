@@ -10,18 +10,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future
 from dataclasses import replace
+from functools import partial
 
-from ..model import Cloth, Snapshot, check_scene
+from ..model import Snapshot, check_scene
 from ..model.contact.collider import Collider
 from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
 from ..scene import Scene
-from .compile_kernels import kinds_of
-from .error_estimate import ErrorEstimator, double_precision, fine_solution
+from .error_estimate import ErrorEstimator, fine_in_background
 from .first_start import FirstStart
-from .kernel_compiler import NICEST, KernelCompiler, Log
+from .kernel_compiler import KernelCompiler, Log
 from .keyframe import Keyframe, keyframe_of
 from .overload import OVERLOADED
 from .pacing import Pacing
@@ -82,7 +81,8 @@ class LiveCloth:
         self._pacing, self._slow_motion = Pacing(), SlowMotion()
         self._usual_cost = 0.0
         self._substeps = 0
-        self._estimator = ErrorEstimator(self._published.cloth, make_fine=self._make_fine)
+        make_fine = partial(fine_in_background, self._compiler, self._start.label)
+        self._estimator = ErrorEstimator(self._published.cloth, make_fine=make_fine)
         self._estimating = False
         self._rollbacks = RollbackCounts()
         self._may_change = True
@@ -178,11 +178,7 @@ class LiveCloth:
         self._change_scene()
         cloth = self._published.cloth
         if name not in cloth.colliders:
-            if any(each.name == name for each in self.requested.all_colliders()):
-                raise ValueError(
-                    f'the collider {name!r} is not there yet: its kernels are being compiled; '
-                    'send the pose again'
-                )
+            self._changes.check_no_request_of(name)
             if name == 'sphere':  # the error names its parameter
                 cloth.move_sphere(position)
         cloth.move_collider(name, position, orientation)
@@ -359,16 +355,6 @@ class LiveCloth:
         else:
             self._log.warning(f'overload, {level.text}: {self.solver_summary}')
 
-    def _make_fine(self, scene: Scene) -> Future[Cloth]:
-        """Make the finer solution of the error estimate in the background."""
-        label, double = self._start.label('the error estimate'), double_precision(scene)
-
-        def make() -> Cloth:
-            self._compiler.ensure(double, kinds_of(double), label, NICEST)
-            return fine_solution(scene)
-
-        return self._compiler.submit(make)
-
     # Reports
 
     @property
@@ -386,20 +372,16 @@ class LiveCloth:
         if self._summary_due:
             self._summary_due = False
             self._log.info(self.solver_summary)
-        pacing = self._pacing.take_report()
-        rollbacks = self._published.cloth.rollbacks
+        pacing, rollbacks = self._pacing.take_report(), self._published.cloth.rollbacks
         since, self._rollbacks = rollbacks.since(self._rollbacks), replace(rollbacks)
         cause = ''
         if pacing.lost == 0:
             self._changes.recover(self._pacing.cost)
         else:
             division = self._substeps / pacing.substeps if pacing.substeps else 1.0
+            requested, simulated = self._changes.overload.requested, self._published.cloth.scene
             cause = self._slow_motion.explain(
-                self._changes.overload.requested,
-                self._published.cloth.scene,
-                self._usual_cost,
-                pacing,
-                division,
+                requested, simulated, self._usual_cost, pacing, division
             )
         self._substeps = 0
         return Report(
@@ -415,5 +397,4 @@ class LiveCloth:
     def values(self) -> dict[str, object]:
         """Return measured values by name and unit; takes as long as some substeps."""
         cloth = self._published.cloth
-        load = self._pacing.load(cloth.substep)
-        return measured_values(cloth, load, self._estimator.report())
+        return measured_values(cloth, self._pacing.load(cloth.substep), self._estimator.report())

@@ -85,6 +85,14 @@ class Reconfiguration:
         self._change: Change | None = None
         self._failed: Scene | None = None
 
+    def check_no_request_of(self, name: str) -> None:
+        """Raise ValueError if a collider was requested that is not there yet."""
+        if any(each.name == name for each in self.requested.all_colliders()):
+            raise ValueError(
+                f'the collider {name!r} is not there yet: its kernels are being compiled; '
+                'send the pose again'
+            )
+
     @property
     def reduction(self) -> str:
         """What is given up because of overload, in words; empty if nothing is."""
