@@ -20,7 +20,7 @@ def _parser() -> argparse.ArgumentParser:
         description='Write the recorded particles of a cloth as a mesh over time, for programs '
         'that show, edit or render it. The extension of OUT is the kind of file: .usdc, .usd or '
         '.usda (Universal Scene Description, for Blender and others), .pvd (a list of VTU files, '
-        'which are in a folder beside it, for ParaView).',
+        'which are in the folder NAME_vtu, for ParaView).',
         epilog='examples: cloth_export my_bag cloth.usdc --fps 24;  cloth_export my_bag cloth.pvd '
         '--start 2 --end 5.  The exit code is 0, or 2 for an error.',
     )
@@ -37,7 +37,11 @@ def _parser() -> argparse.ArgumentParser:
         'its own time)',
     )
     parser.add_argument(
-        '--start', type=float, default=0.0, metavar='S', help='first time, after the first state [s]'
+        '--start',
+        type=float,
+        default=0.0,
+        metavar='S',
+        help='first time, after the first state [s]',
     )
     parser.add_argument(
         '--end', type=float, default=math.inf, metavar='S', help='last time (default: the end) [s]'
@@ -54,9 +58,8 @@ def _check(options: argparse.Namespace) -> None:
         raise ValueError(f'--start is {start:g}, but must be a time from 0 s on; write 0')
     if not end >= start:
         raise ValueError(f'--end is {end:g}, but must not be before --start; write {start + 1:g}')
-    for path in (out, out.with_suffix('')) if out.suffix == '.pvd' else (out,):
-        if path.exists():
-            raise ValueError(f'{path} exists already; give another name')
+    if out.exists():
+        raise ValueError(f'{out} exists already; give another name')
     if not out.parent.is_dir():
         raise ValueError(f'{out.parent} is no folder; make it, or give another name')
 

@@ -45,6 +45,11 @@ class Sheet(NamedTuple):
         # Columns follow each other along +x and rows along +y, so that +z is the upper side.
         return first[:, None] + np.array([0, 1, self.columns + 1, self.columns], np.int32)
 
+    def texture_coordinates(self) -> NDArray[np.float32]:
+        """Return u along the columns and v along the rows, 0 to 1, shape (rows * columns, 2)."""
+        v, u = np.mgrid[: self.rows, : self.columns].reshape(2, -1)
+        return np.stack([u / (self.columns - 1), v / (self.rows - 1)], axis=-1).astype(np.float32)
+
 
 class Frame(NamedTuple):
     """

@@ -57,7 +57,9 @@ class ParticleHistory:
         self.grid = (0, 0)
         self.left_out: dict[str, int] = {}
 
-    def states(self, progress: Callable[[int, int], None] = lambda *_: None) -> Iterator[Particles]:
+    def states(
+        self, progress: Callable[[int, int], None] = lambda *_: None
+    ) -> Iterator[Particles]:
         """
         Yield the states whose time is after that of all before, and whose grid is the first one's.
 
@@ -93,7 +95,7 @@ class ParticleHistory:
         self.left_out[reason] = self.left_out.get(reason, 0) + 1
 
     def rate(self) -> float:
-        """Return the rate of the first states, Hz, a whole number from 1 Hz on; 1 for one state."""
+        """Return the rate of the first states, Hz: a whole number from 1 Hz on."""
         stamps = [state.stamp for state in islice(self.states(), _MEASURED)]
         if len(stamps) < 2:
             return 1.0

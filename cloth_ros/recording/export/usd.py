@@ -51,6 +51,10 @@ class Writer:
         mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(quads.ravel()))
         mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
         mesh.CreateDoubleSidedAttr(True)
+        st = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+            'st', Sdf.ValueTypeNames.TexCoord2fArray, UsdGeom.Tokens.vertex
+        )
+        st.Set(Vt.Vec2fArray.FromNumpy(sheet.texture_coordinates()))
         self._points = mesh.GetPointsAttr()
         self._velocities = mesh.GetVelocitiesAttr()
         self._extent = mesh.GetExtentAttr()
