@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         Colliders,
         Gust,
         Markers,
+        Particles,
         Scene,
         Sheet,
         Solver,
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     )
 
 _SCENE = (
-    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Scene', 'Sheet', 'Solver', 'Sphere'),
-    *('Springs', 'Wind'),
+    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Particles', 'Scene', 'Sheet'),
+    *('Solver', 'Sphere', 'Springs', 'Wind'),
 )
 __all__ = [
     'Cloth',
@@ -29,6 +30,7 @@ __all__ = [
     'Gust',
     'Inputs',
     'Markers',
+    'Particles',
     'Scene',
     'Sheet',
     'Snapshot',

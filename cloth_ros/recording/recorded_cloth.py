@@ -19,7 +19,8 @@ TYPES = {
     'scene': 'std_msgs/msg/String',
 }
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
-_FIELDS = 6  # x y z vx vy vz, in single precision
+# Bytes of a particle: x y z vx vy vz, or x y z alone, in single precision.
+_POINT_STEPS = (24, 12)
 
 
 class Particles(NamedTuple):
@@ -31,7 +32,8 @@ class Particles(NamedTuple):
     stamp
         Its time, ns.
     values
-        x y z vx vy vz of every particle, m and m/s, float32, shape (rows, columns, 6).
+        x y z vx vy vz of every particle, m and m/s, float32, shape (rows, columns, 6); without
+        velocities, if they are not published, (rows, columns, 3).
 
     """
 
@@ -196,8 +198,8 @@ def _keyframe(message: Message) -> Keyframe:
 def read_particles(message: Message) -> Particles:
     """Return a published state; raises ValueError if the message is not one of a cloth."""
     cloud: Any = deserialise(message)
-    shape = (cloud.height, cloud.width, _FIELDS)
-    if cloud.point_step != 4 * _FIELDS or len(cloud.data) != 4 * np.prod(shape):
+    shape = (cloud.height, cloud.width, cloud.point_step // 4)
+    if cloud.point_step not in _POINT_STEPS or len(cloud.data) != 4 * np.prod(shape):
         raise ValueError(f'a message on {message.topic} has other fields than x y z vx vy vz')
     stamp = cloud.header.stamp.sec * 10**9 + cloud.header.stamp.nanosec
     return Particles(stamp, np.frombuffer(cloud.data, np.float32).reshape(shape))

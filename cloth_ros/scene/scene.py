@@ -227,6 +227,17 @@ class Solver(ParameterGroup):
 
 
 @dataclass(frozen=True)
+class Particles(ParameterGroup):
+    """Messages with the particles."""
+
+    prefix: ClassVar[str] = 'particles.'
+    rate: float = parameter(
+        0.0, 'particle messages per second; 0: one for each tick', unit='Hz', low=0, high=1000
+    )
+    velocities: bool = parameter(True, 'whether they have velocities, besides positions')
+
+
+@dataclass(frozen=True)
 class Markers(ParameterGroup):
     """Markers for RViz."""
 
@@ -275,6 +286,7 @@ class Scene(ParameterGroup):
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
     solver: Solver = field(default_factory=Solver)
+    particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)
 
     @classmethod

@@ -1,0 +1,214 @@
+"""
+Size and completeness of recordings by size of the sheet, in both storages of rosbag2.
+
+    python -m bench.recording_rates [--seconds 10] [--page docs/howto/record.md]
+
+For each size and storage, starts a node with the default scene, records its particles, ticks,
+keyframes, scene and markers to a bag, and reads that back.  Messages that were lost are found by
+the numbers of the ticks: each tick of the recording must have its particles, and markers must be
+as many ticks apart as their rate says.  Writes the tables into the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from rclpy.context import Context
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String, UInt8MultiArray
+from visualization_msgs.msg import MarkerArray
+
+from cloth_ros import Scene
+from cloth_ros.live.tick_record import TickRecord, decode_record
+from cloth_ros.tradeoff.formatting import table
+from cloth_ros.tradeoff.machine import describe
+from tools.marked_block import fill
+
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
+from ros import NODE, Probe, Process, environment, free_domain, probing
+
+_SIZES = (32, 64, 128)
+_STORAGES = {'MCAP': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
+_NAME = 'python -m bench.recording_rates'
+_TOPICS: dict[str, type] = {
+    'particles': PointCloud2,
+    'markers': MarkerArray,
+    'ticks': String,
+    'keyframes': UInt8MultiArray,
+    'scene': String,
+}
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+class Recorder(Probe):
+    """Write the topics of a cloth to a bag, as they come, while there is one."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__(context)
+        self.bag: Writer | None = None
+        self.ticks = 0
+        self._connections: dict[str, Any] = {}
+        for name, kind in _TOPICS.items():
+            profile = _LATCHED if name == 'scene' else 100
+            take = self._taker(name)
+            self.create_subscription(kind, f'/cloth/{name}', take, profile, raw=True)
+
+    def _taker(self, name: str) -> Any:
+        def take(data: bytes) -> None:
+            self.ticks += name == 'ticks'
+            if self.bag is not None:
+                self.bag.write(self._connections[name], time.time_ns(), data)
+
+        return take
+
+    def begin(self, path: Path, storage: StoragePlugin) -> Writer:
+        """Record to a new bag from now on, and return it."""
+        bag = Writer(path, version=9, storage_plugin=storage)
+        bag.open()
+        types = get_typestore(Stores.ROS2_JAZZY)
+        for name, kind in _TOPICS.items():
+            full = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
+            connection = bag.add_connection(f'/cloth/{name}', full, typestore=types)
+            self._connections[name] = connection
+        self.bag = bag
+        return bag
+
+
+class Recording(NamedTuple):
+    """
+    What a bag has.
+
+    Attributes
+    ----------
+    seconds
+        From the first tick to the last.
+    recorded, lost
+        Messages by topic.
+    megabytes
+        Of the messages by topic.
+    file
+        Size of the whole bag, MB.
+
+    """
+
+    seconds: float
+    recorded: Counter[str]
+    lost: dict[str, int]
+    megabytes: Counter[str]
+    file: float
+
+
+def record(size: int, storage: str, seconds: float) -> Recording:
+    """Record a node with so many particles along each edge, and read that back."""
+    command = [*NODE, '--ros-args', '-p', 'solver.threads:=2']
+    for name in ('sheet.rows', 'sheet.columns'):
+        command += ['-p', f'{name}:={size}']
+    folder = Path(tempfile.mkdtemp())
+    try:
+        with free_domain() as domain, probing(domain, Recorder) as recorder:
+            node = Process(command, environment(domain))
+            try:
+                recorder.spin_until(lambda: recorder.ticks > 120)  # kernels are compiled
+                bag = recorder.begin(folder / 'bag', _STORAGES[storage])
+                recorder.spin_for(seconds)
+                recorder.bag = None
+                bag.close()
+            finally:
+                node.end()
+        return read(folder / 'bag')
+    finally:
+        shutil.rmtree(folder)
+
+
+def _stamp(message: Any) -> int:
+    each = message.markers[0] if hasattr(message, 'markers') else message
+    return each.header.stamp.sec * 10**9 + each.header.stamp.nanosec
+
+
+def read(path: Path) -> Recording:
+    """Return what a bag has."""
+    recorded: Counter[str] = Counter()
+    megabytes: Counter[str] = Counter()
+    records: list[TickRecord] = []
+    stamps: dict[str, list[int]] = {'particles': [], 'markers': []}
+    with AnyReader([path]) as reader:
+        for connection, _, data in reader.messages():
+            name = connection.topic.rpartition('/')[2]
+            recorded[name] += 1
+            megabytes[name] += 1e-6 * len(data)
+            if name == 'ticks':
+                records.append(decode_record(reader.deserialize(data, connection.msgtype).data))
+            elif name in stamps:
+                stamps[name].append(_stamp(reader.deserialize(data, connection.msgtype)))
+    numbers = {each.stamp: each.tick for each in records}
+    ticks = sorted(numbers.values())
+    lost = {'ticks': int(np.sum(np.diff(ticks) - 1))}
+    scene = Scene()
+    for name, each in (('particles', 1), ('markers', round(scene.rate / scene.markers.rate))):
+        # Ticks at the begin and the end may be recorded without what they publish besides.
+        present = sorted(numbers[stamp] for stamp in set(stamps[name]) if stamp in numbers)
+        lost[name] = int(np.sum(np.maximum(np.diff(present) // each - 1, 0)))
+        assert len(present) >= 0.9 * len(ticks) / each, f'{name} of {len(present)} ticks only'
+    size = sum(file.stat().st_size for file in path.iterdir())
+    seconds = 1e-9 * (records[-1].stamp - records[0].stamp)
+    return Recording(seconds, recorded, lost, megabytes, 1e-6 * size)
+
+
+def rows_of(size: int, storage: str, found: Recording) -> tuple[list[str], list[str]]:
+    """Return a row of the messages, and one of MB per minute."""
+    sheet = f'{size} × {size}'
+    counted = [
+        f'{found.recorded[name]} / {found.lost[name]}'
+        for name in ('ticks', 'particles', 'markers')
+    ]
+    minute = 60 / found.seconds
+    needed = sum(found.megabytes[name] for name in ('particles', 'ticks', 'keyframes', 'scene'))
+    rates = [
+        f'{minute * each:.3g}'
+        for each in (found.megabytes['particles'], needed, needed + found.megabytes['markers'])
+    ]
+    rate = found.recorded['ticks'] / found.seconds
+    return (
+        [sheet, storage, f'{found.seconds:.1f} s', f'{rate:.1f}', *counted],
+        [sheet, storage, *rates, f'{minute * found.file:.3g}'],
+    )
+
+
+def main() -> None:
+    """Measure all sizes in both storages, and write the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
+    parser.add_argument('--seconds', type=float, default=10.0, help='of each recording')
+    parser.add_argument('--sizes', type=int, nargs='+', default=_SIZES)
+    parser.add_argument('--page', type=Path, default=Path('docs/howto/record.md'))
+    arguments = parser.parse_args()
+    counts, sizes = [], []
+    for size in arguments.sizes:
+        for storage in _STORAGES:
+            row, other = rows_of(size, storage, record(size, storage, arguments.seconds))
+            print(*row, '|', *other, flush=True)
+            counts.append(row)
+            sizes.append(other)
+    heads = ['sheet', 'storage', 'recorded', 'ticks per second']
+    heads += [f'{name}: recorded / lost' for name in ('ticks', 'particles', 'markers')]
+    parts = ['particles', 'and ticks, keyframes, scene', 'and markers', 'file with all']
+    size_heads = ['sheet', 'storage', *(f'{part}, MB per minute' for part in parts)]
+    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    text = f'{table(size_heads, sizes)}\n\n{table(heads, counts)}\n\nMeasured on: {machine}.'
+    fill(arguments.page, _NAME, text)
+    print(text)
+
+
+if __name__ == '__main__':
+    main()
