@@ -6,7 +6,8 @@ Size and completeness of recordings by size of the sheet, in both storages of ro
 For each size and storage, starts a node with the default scene, records its particles, ticks,
 keyframes, scene and markers to a bag, and reads that back.  Messages that were lost are found by
 the numbers of the ticks: each tick of the recording must have its particles, and markers must be
-as many ticks apart as their rate says.  Writes the tables into the page.
+as many ticks apart as their rate says.  Sizes are those of the messages at their nominal rates,
+which a machine that is busy with other work may not reach.  Writes the tables into the page.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from visualization_msgs.msg import MarkerArray
 
 from cloth_ros import Scene
 from cloth_ros.live.tick_record import TickRecord, decode_record
+from cloth_ros.node.outputs.recording import KEYFRAME_INTERVAL
 from cloth_ros.tradeoff.formatting import table
 from cloth_ros.tradeoff.machine import describe
 from tools.marked_block import fill
@@ -96,23 +98,23 @@ class Recording(NamedTuple):
         From the first tick to the last.
     recorded, lost
         Messages by topic.
-    megabytes
-        Of the messages by topic.
-    file
-        Size of the whole bag, MB.
+    sizes
+        Mean size of a message by topic, MB.
+    overhead
+        Size of the whole bag as a multiple of that of its messages.
 
     """
 
     seconds: float
     recorded: Counter[str]
     lost: dict[str, int]
-    megabytes: Counter[str]
-    file: float
+    sizes: dict[str, float]
+    overhead: float
 
 
 def record(size: int, storage: str, seconds: float) -> Recording:
     """Record a node with so many particles along each edge, and read that back."""
-    command = [*NODE, '--ros-args', '-p', 'solver.threads:=2']
+    command = [*NODE, '--ros-args']
     for name in ('sheet.rows', 'sheet.columns'):
         command += ['-p', f'{name}:={size}']
     folder = Path(tempfile.mkdtemp())
@@ -140,14 +142,14 @@ def _stamp(message: Any) -> int:
 def read(path: Path) -> Recording:
     """Return what a bag has."""
     recorded: Counter[str] = Counter()
-    megabytes: Counter[str] = Counter()
+    total: Counter[str] = Counter()
     records: list[TickRecord] = []
     stamps: dict[str, list[int]] = {'particles': [], 'markers': []}
     with AnyReader([path]) as reader:
         for connection, _, data in reader.messages():
             name = connection.topic.rpartition('/')[2]
             recorded[name] += 1
-            megabytes[name] += 1e-6 * len(data)
+            total[name] += len(data)
             if name == 'ticks':
                 records.append(decode_record(reader.deserialize(data, connection.msgtype).data))
             elif name in stamps:
@@ -163,7 +165,8 @@ def read(path: Path) -> Recording:
         assert len(present) >= 0.9 * len(ticks) / each, f'{name} of {len(present)} ticks only'
     size = sum(file.stat().st_size for file in path.iterdir())
     seconds = 1e-9 * (records[-1].stamp - records[0].stamp)
-    return Recording(seconds, recorded, lost, megabytes, 1e-6 * size)
+    sizes = {name: 1e-6 * total[name] / recorded[name] for name in recorded}
+    return Recording(seconds, recorded, lost, sizes, size / sum(total.values()))
 
 
 def rows_of(size: int, storage: str, found: Recording) -> tuple[list[str], list[str]]:
@@ -173,16 +176,16 @@ def rows_of(size: int, storage: str, found: Recording) -> tuple[list[str], list[
         f'{found.recorded[name]} / {found.lost[name]}'
         for name in ('ticks', 'particles', 'markers')
     ]
-    minute = 60 / found.seconds
-    needed = sum(found.megabytes[name] for name in ('particles', 'ticks', 'keyframes', 'scene'))
-    rates = [
-        f'{minute * each:.3g}'
-        for each in (found.megabytes['particles'], needed, needed + found.megabytes['markers'])
-    ]
+    scene = Scene()
+    rates = {'particles': scene.rate, 'ticks': scene.rate, 'keyframes': 1 / KEYFRAME_INTERVAL}
+    minute = {name: 60 * rate * found.overhead * found.sizes[name] for name, rate in rates.items()}
+    markers = 60 * scene.markers.rate * found.overhead * found.sizes['markers']
+    needed = sum(minute.values())
+    megabytes = [minute['particles'], needed, markers, needed + markers]
     rate = found.recorded['ticks'] / found.seconds
     return (
         [sheet, storage, f'{found.seconds:.1f} s', f'{rate:.1f}', *counted],
-        [sheet, storage, *rates, f'{minute * found.file:.3g}'],
+        [sheet, storage, *(f'{each:.3g}' for each in megabytes)],
     )
 
 
@@ -202,7 +205,7 @@ def main() -> None:
             sizes.append(other)
     heads = ['sheet', 'storage', 'recorded', 'ticks per second']
     heads += [f'{name}: recorded / lost' for name in ('ticks', 'particles', 'markers')]
-    parts = ['particles', 'and ticks, keyframes, scene', 'and markers', 'file with all']
+    parts = ['particles', 'particles, ticks, keyframes', 'markers', 'all']
     size_heads = ['sheet', 'storage', *(f'{part}, MB per minute' for part in parts)]
     machine = ', '.join(f'{name} {value}' for name, value in describe().items())
     text = f'{table(size_heads, sizes)}\n\n{table(heads, counts)}\n\nMeasured on: {machine}.'

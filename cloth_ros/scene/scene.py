@@ -18,6 +18,7 @@ import numpy as np
 from . import parameter_file
 from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
+from .messages import Markers, Particles
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
@@ -223,34 +224,6 @@ class Solver(ParameterGroup):
         'slow_motion',
         'what is reduced when the machine cannot keep up: time or accuracy',
         choices=('slow_motion', 'coarsen'),
-    )
-
-
-@dataclass(frozen=True)
-class Particles(ParameterGroup):
-    """Messages with the particles."""
-
-    prefix: ClassVar[str] = 'particles.'
-    rate: float = parameter(
-        0.0, 'particle messages per second; 0: one for each tick', unit='Hz', low=0, high=1000
-    )
-    velocities: bool = parameter(True, 'whether they have velocities, besides positions')
-
-
-@dataclass(frozen=True)
-class Markers(ParameterGroup):
-    """Markers for RViz."""
-
-    prefix: ClassVar[str] = 'markers.'
-    rate: float = parameter(
-        30.0, 'marker messages per second; 0: none', unit='Hz', low=0, high=1000
-    )
-    springs: bool = parameter(False, 'show the springs as lines')
-    meshes: str = parameter(
-        'triangles',
-        'how colliders of type mesh are shown: as triangles, for every viewer; or as the URL of '
-        'the file, which viewers on this machine read themselves',
-        choices=('triangles', 'file'),
     )
 
 

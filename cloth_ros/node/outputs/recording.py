@@ -21,7 +21,7 @@ from ..publisher import TolerantPublisher
 
 # Records are small, and each that a recorder loses is a gap: the queue is deep.
 _DEPTH = 1000
-_INTERVAL = 10.0  # s of ticks, from one keyframe to the next
+KEYFRAME_INTERVAL = 10.0  # s of ticks, from one keyframe to the next
 
 
 class RecordingOutput:
@@ -62,7 +62,7 @@ class RecordingOutput:
         return self._ticks.subscribers, self._keyframes.subscribers
 
     def _publish_keyframe(self, record: TickRecord) -> None:
-        self._next = record.tick + round(_INTERVAL * self._live.scene.rate)
+        self._next = record.tick + round(KEYFRAME_INTERVAL * self._live.scene.rate)
         if self._keyframes.wanted:
             data = self._live.keyframe(record.tick, record.stamp).encode()
             self._keyframes.publish(UInt8MultiArray(data=array.array('B', data)))
