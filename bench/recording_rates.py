@@ -5,8 +5,8 @@ Size and completeness of recordings by size of the sheet, in both storages of ro
 
 For each size and storage, starts a node with the default scene, records its particles, ticks,
 keyframes, scene and markers to a bag, and reads that back.  Messages that were lost are found by
-the numbers of the ticks: each tick of the recording must have its particles, and markers must be
-as many ticks apart as their rate says.  Sizes are those of the messages at their nominal rates,
+the numbers of the ticks: there must be a record and a state for each, and markers must be as many
+states apart as their rate says.  Sizes are those of the messages at their nominal rates,
 which a machine that is busy with other work may not reach.  Writes the tables into the page.
 """
 
@@ -61,6 +61,7 @@ class Recorder(Probe):
         super().__init__(context)
         self.bag: Writer | None = None
         self.ticks = 0
+        self._newest: dict[str, bytes] = {}
         self._connections: dict[str, Any] = {}
         for name, kind in _TOPICS.items():
             profile = _LATCHED if name == 'scene' else 100
@@ -70,6 +71,7 @@ class Recorder(Probe):
     def _taker(self, name: str) -> Any:
         def take(data: bytes) -> None:
             self.ticks += name == 'ticks'
+            self._newest[name] = data
             if self.bag is not None:
                 self.bag.write(self._connections[name], time.time_ns(), data)
 
@@ -84,6 +86,8 @@ class Recorder(Probe):
             full = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
             connection = bag.add_connection(f'/cloth/{name}', full, typestore=types)
             self._connections[name] = connection
+        for name in ('keyframes', 'scene'):  # which are rare
+            bag.write(self._connections[name], time.time_ns(), self._newest[name])
         self.bag = bag
         return bag
 
@@ -154,17 +158,22 @@ def read(path: Path) -> Recording:
                 records.append(decode_record(reader.deserialize(data, connection.msgtype).data))
             elif name in stamps:
                 stamps[name].append(_stamp(reader.deserialize(data, connection.msgtype)))
-    numbers = {each.stamp: each.tick for each in records}
-    ticks = sorted(numbers.values())
-    lost = {'ticks': int(np.sum(np.diff(ticks) - 1))}
+    first, last = records[0], records[-1]
+    count = last.tick - first.tick + 1
+    lost = {'ticks': count - len(records)}
+    within = {
+        name: sorted({each for each in found if first.stamp <= each <= last.stamp})
+        for name, found in stamps.items()
+    }
+    lost['particles'] = count - len(within['particles'])
+    # Markers are so many states apart, and more only where some were lost.
     scene = Scene()
-    for name, each in (('particles', 1), ('markers', round(scene.rate / scene.markers.rate))):
-        # Ticks at the begin and the end may be recorded without what they publish besides.
-        present = sorted(numbers[stamp] for stamp in set(stamps[name]) if stamp in numbers)
-        lost[name] = int(np.sum(np.maximum(np.diff(present) // each - 1, 0)))
-        assert len(present) >= 0.9 * len(ticks) / each, f'{name} of {len(present)} ticks only'
+    apart = round(scene.rate / scene.markers.rate)
+    states = sorted({each.stamp for each in records} | set(within['particles']))
+    steps = np.diff(np.searchsorted(states, within['markers']))
+    lost['markers'] = int(np.sum(np.maximum(steps // apart - 1, 0)))
     size = sum(file.stat().st_size for file in path.iterdir())
-    seconds = 1e-9 * (records[-1].stamp - records[0].stamp)
+    seconds = 1e-9 * (last.stamp - first.stamp)
     sizes = {name: 1e-6 * total[name] / recorded[name] for name in recorded}
     return Recording(seconds, recorded, lost, sizes, size / sum(total.values()))
 
@@ -185,7 +194,7 @@ def rows_of(size: int, storage: str, found: Recording) -> tuple[list[str], list[
     rate = found.recorded['ticks'] / found.seconds
     return (
         [sheet, storage, f'{found.seconds:.1f} s', f'{rate:.1f}', *counted],
-        [sheet, storage, *(f'{each:.3g}' for each in megabytes)],
+        [sheet, storage, *(f'{each:.0f}' for each in megabytes)],
     )
 
 
