@@ -64,7 +64,7 @@ class Recorder(Probe):
         self._newest: dict[str, bytes] = {}
         self._connections: dict[str, Any] = {}
         for name, kind in _TOPICS.items():
-            profile = _LATCHED if name == 'scene' else 100
+            profile = _LATCHED if name == 'scene' else 1000
             take = self._taker(name)
             self.create_subscription(kind, f'/cloth/{name}', take, profile, raw=True)
 
@@ -128,7 +128,10 @@ def record(size: int, storage: str, seconds: float) -> Recording:
             try:
                 recorder.spin_until(lambda: recorder.ticks > 120)  # kernels are compiled
                 bag = recorder.begin(folder / 'bag', _STORAGES[storage])
-                recorder.spin_for(seconds)
+                end = time.monotonic() + seconds
+                # Not `spin_for`: with a timeout that changes, rclpy serves the first subscription
+                # before all others, which then lose messages while there is too much to do.
+                recorder.spin_until(lambda: time.monotonic() > end)
                 recorder.bag = None
                 bag.close()
             finally:

@@ -145,6 +145,22 @@ def test_a_part_begins_at_time_zero(bag, tmp_path):
     assert_states(positions, velocities, [2, 3, 4])
 
 
+def test_states_without_velocities_are_exported(tmp_path):
+    clouds = [(0.0, state(0)), (0.1, state(1)[..., :3]), (0.2, state(2))]  # set meanwhile
+    bag = str(write_bag(tmp_path / 'bag', *clouds))
+    assert main([bag, str(tmp_path / 'cloth.usdc')]) == main([bag, str(tmp_path / 'a.pvd')]) == 0
+    stage = Usd.Stage.Open(str(tmp_path / 'cloth.usdc'))
+    mesh = mesh_of(stage)
+    assert mesh.GetPointsAttr().GetTimeSamples() == [0, 1, 2]
+    assert mesh.GetVelocitiesAttr().GetTimeSamples() == [0, 2]
+    positions = np.array([mesh.GetPointsAttr().Get(code) for code in range(3)])
+    expected = np.array([state(number).reshape(-1, 6)[:, :3] for number in range(3)])
+    assert positions.tobytes() == expected.tobytes()
+    middle = meshio.read(tmp_path / 'a_vtu' / '000001.vtu')
+    assert middle.points.tobytes() == expected[1].tobytes()
+    assert not middle.point_data
+
+
 def test_states_of_another_grid_or_an_earlier_time_are_left_out(tmp_path, capsys):
     clouds = [(0.0, state(0)), (0.1, state(1)), (0.2, state(3, 5, 5)), (0.3, state(4))]
     early = write_bag(tmp_path / 'early', (0.05, state(2)))

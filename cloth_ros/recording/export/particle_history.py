@@ -82,7 +82,7 @@ class ParticleHistory:
             except ValueError as error:
                 self._leave_out(str(error))
                 continue
-            if last is not None and state.values.shape != last.values.shape:
+            if last is not None and state.values.shape[:2] != self.grid:
                 self._leave_out('their grid is another than that of the first one')
             elif last is not None and state.stamp < last.stamp:
                 self._leave_out('their time is before that of an earlier one')
