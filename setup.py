@@ -11,6 +11,8 @@ DOCS = ['sphinx', 'myst-parser', 'furo', 'sphinx-copybutton', 'sphinxcontrib-pro
 MANY = ['distributed', 'h5py', 'tqdm']
 # What cloth_resimulate needs: bags, a plot, progress; mcap reads files that end too early.
 RECORDING = ['rosbags', 'mcap', 'matplotlib', 'tqdm', 'distributed']
+# What cloth_export needs: bags, progress; a library for each kind of file.
+EXPORT = ['rosbags', 'mcap', 'tqdm', 'usd-core', 'meshio']
 
 setup(
     name=NAME,
@@ -56,8 +58,10 @@ setup(
             *DOCS,
             *MANY,
             *RECORDING,
+            *EXPORT,
         ],
         'recording': RECORDING,
+        'export': EXPORT,
         # What examples/record.py needs.
         'record': ['rosbags'],
         'docs': DOCS,
@@ -79,6 +83,7 @@ setup(
             'cloth_node = cloth_ros.node.main:command',
             'cloth_tradeoff = cloth_ros.tradeoff.main:main',
             'cloth_resimulate = cloth_ros.recording.main:main',
+            'cloth_export = cloth_ros.recording.export.main:main',
             'cloth_viewer = cloth_ros.viewer.main:command',
         ]
     },

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         Colliders,
         Gust,
         Markers,
+        Particles,
         SavedState,
         Scene,
         Sheet,
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     )
 
 _SCENE = (
-    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'SavedState', 'Scene', 'Sheet'),
-    *('SimulationClock', 'Solver', 'Sphere', 'Springs', 'Wind'),
+    *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Particles', 'SavedState', 'Scene'),
+    *('Sheet', 'SimulationClock', 'Solver', 'Sphere', 'Springs', 'Wind'),
 )
 __all__ = [
     'Cloth',
@@ -31,6 +32,7 @@ __all__ = [
     'Gust',
     'Inputs',
     'Markers',
+    'Particles',
     'SavedState',
     'Scene',
     'Sheet',

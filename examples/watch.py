@@ -33,15 +33,18 @@ class Watch(Node):
         seconds = time.monotonic() - self._since
         if seconds < 1.0:
             return
-        # Organised: one row of the array is one row of the sheet; x y z vx vy vz of each.
+        # Organised: one row of the array is one row of the sheet; x y z vx vy vz of each, or
+        # x y z with particles.velocities: false.
         numbers = np.frombuffer(message.data, np.float32)
-        particles = numbers.reshape(message.height, message.width, 6)
+        particles = numbers.reshape(message.height, message.width, -1)
         low, high = particles[..., :3].min((0, 1)), particles[..., :3].max((0, 1))
-        fastest = np.linalg.norm(particles[..., 3:], axis=-1).max()
+        fastest = 'not published'
+        if particles.shape[-1] == 6:
+            fastest = f'{np.linalg.norm(particles[..., 3:], axis=-1).max():5.2f} m/s'
         extent = '  '.join(
             f'{name} {a:6.2f} to {b:5.2f}' for name, a, b in zip('xyz', low, high, strict=True)
         )
-        print(f'{self._count / seconds:5.1f} Hz   {extent} m   fastest {fastest:5.2f} m/s')
+        print(f'{self._count / seconds:5.1f} Hz   {extent} m   fastest {fastest}')
         self._count, self._since = 0, time.monotonic()
 
 

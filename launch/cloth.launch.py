@@ -95,6 +95,6 @@ def checked_nodes(context: LaunchContext) -> list[Node | ExecuteProcess]:
     if 'record' in wanted:
         folder = ['--output', bag] if bag else []
         topics = recorded_topics(scene, namespace)
-        command = ['ros2', 'bag', 'record', *folder, *topics]
+        command = ['ros2', 'bag', 'record', *folder, '--topics', *topics]
         started.append(ExecuteProcess(cmd=command, name='record', output='screen'))
     return started

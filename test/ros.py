@@ -246,8 +246,9 @@ def stamp(message) -> float:
 
 
 def numbers(cloud: PointCloud2) -> np.ndarray:
-    """Return positions and velocities, m and m/s, shape (rows, columns, 6)."""
-    return np.frombuffer(cloud.data, np.float32).reshape(cloud.height, cloud.width, 6)
+    """Return positions and velocities, m and m/s, (rows, columns, 6), or positions alone."""
+    values = np.frombuffer(cloud.data, np.float32)
+    return values.reshape(cloud.height, cloud.width, cloud.point_step // 4)
 
 
 def wind(x=0.0, y=0.0, z=0.0, frame='') -> Vector3Stamped:

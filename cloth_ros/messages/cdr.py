@@ -83,7 +83,7 @@ class SerializedMessage:
         ----------
         placeholder
             The whole content of the sequence, which occurs nowhere else in the message; its length
-            is a multiple of 8 bytes.
+            is a multiple of 8 bytes, unless only single bytes follow it.
         elements
             Number of elements in the placeholder, more than 0.
         count

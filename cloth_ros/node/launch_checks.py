@@ -68,7 +68,7 @@ def check_launch(scene: str, wanted: Collection[str] = (), bag: str = '') -> Non
 
 def recorded_topics(scene: str, namespace: str) -> list[str]:
     """
-    Return the topics to record: particles, diagnostics and all commands.
+    Return the topics to record: what cloth_resimulate needs, diagnostics and all commands.
 
     Parameters
     ----------
@@ -85,8 +85,9 @@ def recorded_topics(scene: str, namespace: str) -> list[str]:
     """
     names = [each.name for each in Scene.from_yaml(scene).colliders]
     within = f'/{namespace.strip("/")}'.rstrip('/')
-    relative = ('cloth/particles', 'wind', 'sphere_pose', *(f'{name}/pose' for name in names))
-    return ['/diagnostics', *(f'{within}/{topic}' for topic in relative)]
+    outputs = (f'cloth/{name}' for name in ('particles', 'ticks', 'keyframes', 'scene'))
+    relative = (*outputs, 'wind', 'sphere_pose', *(f'{name}/pose' for name in names))
+    return ['/diagnostics', '/parameter_events', *(f'{within}/{topic}' for topic in relative)]
 
 
 def _is_installed(package: str, executable: str) -> bool:

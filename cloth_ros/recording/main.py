@@ -4,29 +4,21 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
-import signal
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from ..interrupt import StopSignal
 from ..scene.parameter_file import read_value
+from .command import Parser, ProgressBar, run_command
 
 _METHODS = ('single', 'double', 'auto')
 
 
-class _Parser(argparse.ArgumentParser):
-    """Argument parser with error messages of one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the error in one line and exit with code 2."""
-        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog='cloth_resimulate',
         description='Repeat a recorded session of a live cloth and compare it with the recorded '
         'states, bit by bit; or, with other settings, simulate it again from the same inputs, and '
@@ -94,25 +86,6 @@ def _bags(path: Path) -> list[Path]:
     return sorted(each for each in path.iterdir() if each.is_dir() and _is_bag(each))
 
 
-class _Bar:
-    """Progress bar over the ticks of a bag, with the time that is left."""
-
-    def __init__(self, stop: StopSignal) -> None:
-        from tqdm import tqdm
-
-        self._stop = stop
-        self._bar = tqdm(unit='tick', disable=None, leave=False)
-
-    def __call__(self, done: int, total: int) -> None:
-        self._stop.check()
-        if total and self._bar.total != total:
-            self._bar.total = total
-        self._bar.update(done - self._bar.n)
-
-    def close(self) -> None:
-        self._bar.close()
-
-
 def _run(options: argparse.Namespace, stop: StopSignal) -> int:
     with stop.deferred():
         from .many import on_dask
@@ -137,7 +110,7 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
             print(*(f'{bag.name}: {line}' for line in outcome.lines), sep='\n', flush=True)
             stop.check()
     else:
-        bar = _Bar(stop)
+        bar = ProgressBar(stop, 'tick')
         try:
             if options.check_estimates:
                 outcomes = [check_estimates(path, options.cloth, settings or Settings(), bar)]
@@ -162,24 +135,7 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
 def main(args: Sequence[str] | None = None) -> int:
     """Do what the command line says until Ctrl-C; return the exit code."""
     options = _parser().parse_args(args)
-    stop = StopSignal(signal.SIGINT)
-    try:
-        return _run(options, stop)
-    except BaseException as error:
-        if stop.requested:
-            logging.disable()  # Dask logs each request that the end cuts off
-            print('\ncloth_resimulate: stopped; what was written is complete', file=sys.stderr)
-            return 130
-        if isinstance(error, ModuleNotFoundError):
-            reason = f"{error.name} is not installed; pip install 'cloth_ros[recording]'"
-        elif isinstance(error, (ValueError, OSError)):
-            reason = str(error)
-        else:
-            raise
-        print(f'cloth_resimulate: {reason}', file=sys.stderr)
-        return 2
-    finally:
-        stop.restore()
+    return run_command('cloth_resimulate', 'recording', partial(_run, options))
 
 
 if __name__ == '__main__':

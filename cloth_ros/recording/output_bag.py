@@ -92,8 +92,9 @@ class OutputBag:
         self._write('keyframes', kind, keyframe.stamp, types[kind](layout=layout, data=data))
 
     def write_particles(self, stamp: int, values: NDArray[np.float32]) -> None:
-        """Write x y z vx vy vz of every particle, shape (rows, columns, 6), stamped in ns."""
-        self._write('particles', TYPES['particles'], stamp, self._cloud(stamp, values, _STATE))
+        """Write x y z vx vy vz of every particle, or x y z alone, as a state stamped in ns."""
+        names = _STATE[: values.shape[-1]]
+        self._write('particles', TYPES['particles'], stamp, self._cloud(stamp, values, names))
 
     def write_errors(self, stamp: int, values: NDArray[np.float32]) -> None:
         """Write x y z of every particle and its error, m, shape (rows, columns, 4)."""

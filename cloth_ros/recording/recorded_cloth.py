@@ -19,7 +19,8 @@ TYPES = {
     'scene': 'std_msgs/msg/String',
 }
 _DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
-_FIELDS = 6  # x y z vx vy vz, in single precision
+# Bytes of a particle: x y z vx vy vz, or x y z alone, in single precision.
+_POINT_STEPS = (24, 12)
 
 
 class Particles(NamedTuple):
@@ -31,7 +32,8 @@ class Particles(NamedTuple):
     stamp
         Its time, ns.
     values
-        x y z vx vy vz of every particle, m and m/s, float32, shape (rows, columns, 6).
+        x y z vx vy vz of every particle, m and m/s, float32, shape (rows, columns, 6); without
+        velocities, if they are not published, (rows, columns, 3).
 
     """
 
@@ -89,7 +91,7 @@ class RecordedCloth:
 
     def __init__(self, bag: Bag, node: str | None = None) -> None:
         self._bag = bag
-        self.node = _choose(bag, node)
+        self.node = choose_cloth(bag, node)
         for name in ('ticks', 'keyframes'):
             if bag.topics.get(self.topic(name)) != TYPES[name]:
                 raise ValueError(
@@ -108,7 +110,7 @@ class RecordedCloth:
         readers: dict[str, Callable[[Message], Event]] = {
             self.topic('ticks'): _record,
             self.topic('keyframes'): _keyframe,
-            self.topic('particles'): _particles,
+            self.topic('particles'): read_particles,
         }
         for message in self._bag.messages():
             read = readers.get(message.topic)
@@ -139,7 +141,23 @@ class RecordedCloth:
                 continue
 
 
-def _choose(bag: Bag, node: str | None) -> str:
+def choose_cloth(bag: Bag, node: str | None) -> str:
+    """
+    Return the full name of the node of a recorded cloth.
+
+    Parameters
+    ----------
+    bag
+        The bag.
+    node
+        The name to use; None: the only one that there is.
+
+    Raises
+    ------
+    ValueError
+        There is no such cloth, none at all, or several to choose from.
+
+    """
     nodes = sorted(
         topic.removesuffix('/particles')
         for topic, kind in bag.topics.items()
@@ -177,10 +195,11 @@ def _keyframe(message: Message) -> Keyframe:
         raise ValueError(f'a keyframe on {message.topic} is damaged: {error}') from None
 
 
-def _particles(message: Message) -> Particles:
+def read_particles(message: Message) -> Particles:
+    """Return a published state; raises ValueError if the message is not one of a cloth."""
     cloud: Any = deserialise(message)
-    shape = (cloud.height, cloud.width, _FIELDS)
-    if cloud.point_step != 4 * _FIELDS or len(cloud.data) != 4 * np.prod(shape):
+    shape = (cloud.height, cloud.width, cloud.point_step // 4)
+    if cloud.point_step not in _POINT_STEPS or len(cloud.data) != 4 * np.prod(shape):
         raise ValueError(f'a message on {message.topic} has other fields than x y z vx vy vz')
     stamp = cloud.header.stamp.sec * 10**9 + cloud.header.stamp.nanosec
     return Particles(stamp, np.frombuffer(cloud.data, np.float32).reshape(shape))

@@ -130,7 +130,8 @@ class Resimulation:
             bag.write_scene(self.scene, record.stamp)
         particles = np.empty((sheet.rows, sheet.columns, 6), np.float32)
         self._other.cloth.write_particles(particles)
-        bag.write_particles(record.stamp, particles)
+        known = particles if self.scene.particles.velocities else particles[..., :3]
+        bag.write_particles(record.stamp, known)
         bag.write_record(self._other.record(record))
         if record.tick >= self._next_keyframe:
             self._write_keyframe(bag, record.tick, record.stamp)

@@ -33,7 +33,7 @@ class Start(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A tick, and x y z vx vy vz of every particle after it; None: that was not recorded."""
+    """A tick, and the values of `Particles` after it; None: that was not recorded."""
 
     record: TickRecord
     recorded: NDArray[np.float32] | None

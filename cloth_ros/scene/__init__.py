@@ -1,7 +1,7 @@
 """Parameters of a simulation as validated data: units, ranges, and reading ROS parameter files."""
 
 from .collider import ColliderParameters, Colliders
-from .node_groups import Markers, SavedState, SimulationClock
+from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .scene import Gust, Scene, Sheet, Solver, Sphere, Springs, Wind
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     'Colliders',
     'Gust',
     'Markers',
+    'Particles',
     'SavedState',
     'Scene',
     'Sheet',

@@ -9,6 +9,17 @@ from .parameter import ParameterGroup, parameter
 
 
 @dataclass(frozen=True)
+class Particles(ParameterGroup):
+    """Messages with the particles."""
+
+    prefix: ClassVar[str] = 'particles.'
+    rate: float = parameter(
+        0.0, 'particle messages per second; 0: one for each tick', unit='Hz', low=0, high=1000
+    )
+    velocities: bool = parameter(True, 'whether they have velocities, besides positions')
+
+
+@dataclass(frozen=True)
 class Markers(ParameterGroup):
     """Markers for RViz."""
 

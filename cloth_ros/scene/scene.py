@@ -18,7 +18,7 @@ import numpy as np
 from . import parameter_file
 from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
-from .node_groups import Markers, SavedState, SimulationClock
+from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
@@ -259,6 +259,7 @@ class Scene(ParameterGroup):
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
     solver: Solver = field(default_factory=Solver)
+    particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)
     clock: SimulationClock = field(default_factory=SimulationClock)
     snapshot: SavedState = field(default_factory=SavedState)

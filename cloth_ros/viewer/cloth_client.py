@@ -217,7 +217,7 @@ class ClothClient:
             return None
         raw, self._raw = self._raw, None
         try:
-            self.sheet = decode(deserialize_message(raw, PointCloud2))
+            self.sheet = decode(deserialize_message(raw, PointCloud2), self.sheet)
         except ValueError as error:
             self.problem = str(error)
             return None

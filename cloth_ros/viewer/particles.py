@@ -39,9 +39,17 @@ class Sheet(NamedTuple):
         return rows, columns
 
 
-def decode(message: PointCloud2) -> Sheet:
+def decode(message: PointCloud2, former: Sheet | None = None) -> Sheet:
     """
     Return the particles of a message.
+
+    Parameters
+    ----------
+    message
+        With the fields x y z vx vy vz and possibly others, or with x y z alone.
+    former
+        Sheet of the message before, from which velocities are computed where there are none; zero
+        without it.
 
     Raises
     ------
@@ -55,7 +63,9 @@ def decode(message: PointCloud2) -> Sheet:
         for field in message.fields
         if field.datatype == PointField.FLOAT32 and field.count == 1
     }
-    missing = [name for name in _FIELDS if name not in offsets]
+    # Not any cloud that has no velocities: those of cameras have colours or intensities.
+    names = _FIELDS[:3] if {field.name for field in message.fields} == {'x', 'y', 'z'} else _FIELDS
+    missing = [name for name in names if name not in offsets]
     if missing:
         raise ValueError(f'no FLOAT32 field {missing[0]!r}')
     if not 0 < rows * columns <= MAX_PARTICLES:
@@ -66,17 +76,30 @@ def decode(message: PointCloud2) -> Sheet:
         raise ValueError(f'{len(message.data)} bytes, but must be {rows * message.row_step}')
     layout = np.dtype(
         {
-            'names': _FIELDS,
-            'formats': [('>' if message.is_bigendian else '<') + 'f4'] * len(_FIELDS),
-            'offsets': [offsets[name] for name in _FIELDS],
+            'names': names,
+            'formats': [('>' if message.is_bigendian else '<') + 'f4'] * len(names),
+            'offsets': [offsets[name] for name in names],
             'itemsize': message.point_step,
         }
     )
     points = np.frombuffer(message.data, layout).reshape(rows, columns)
-    numbers = np.empty((rows, columns, len(_FIELDS)), np.float32)
-    for index, name in enumerate(_FIELDS):
+    numbers = np.empty((rows, columns, len(names)), np.float32)
+    for index, name in enumerate(names):
         numbers[..., index] = points[name]
     if not np.isfinite(numbers).all():
         raise ValueError('a number that is not finite')
     stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
-    return Sheet(stamp, message.header.frame_id, numbers[..., :3], numbers[..., 3:])
+    positions = numbers[..., :3]
+    velocities = numbers[..., 3:] if len(names) > 3 else _difference(positions, stamp, former)
+    return Sheet(stamp, message.header.frame_id, positions, velocities)
+
+
+def _difference(
+    positions: NDArray[np.float32], stamp: float, former: Sheet | None
+) -> NDArray[np.float32]:
+    """Return the mean velocities since another state, m/s."""
+    if former is None or former.positions.shape != positions.shape or former.stamp > stamp:
+        return np.zeros_like(positions)
+    if former.stamp == stamp:  # the cloth is paused
+        return former.velocities
+    return (positions - former.positions) / np.float32(stamp - former.stamp)

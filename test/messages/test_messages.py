@@ -46,6 +46,7 @@ def cloths(draw: st.DrawFn) -> Cloth:
     scene = scene_of(
         sheet={'rows': rows, 'columns': columns, 'position': (1, 2, 3)},
         sphere={'radius': draw(st.sampled_from([0.0, 0.2])), 'position': (1, 2, 5)},
+        particles={'velocities': draw(st.booleans())},
         markers={'springs': draw(st.booleans())},
         wind={'air_density': draw(st.sampled_from([0.0, 1.2]))},
         pins=draw(st.sampled_from([[''], ['0,:'], ['0,0', '-1,-1']])),
@@ -61,8 +62,10 @@ def cloths(draw: st.DrawFn) -> Cloth:
 
 
 def particles(cloth: Cloth) -> bytes:
-    sheet = cloth.scene.sheet
-    message = ParticlesMessage(sheet.rows, sheet.columns, cloth.scene.frame_id)
+    scene, sheet = cloth.scene, cloth.scene.sheet
+    message = ParticlesMessage(
+        sheet.rows, sheet.columns, scene.frame_id, scene.particles.velocities
+    )
     message.serialise(Cloth(cloth.scene), 1, 1)  # the second state overwrites the first
     return message.serialise(cloth, *STAMP)
 
@@ -85,15 +88,18 @@ def test_particles_are_read_as_they_are(cloth):
     sheet = cloth.scene.sheet
     check_header(message.header, cloth.scene)
     assert (message.height, message.width) == (sheet.rows, sheet.columns)
-    assert (message.point_step, message.row_step) == (24, 24 * sheet.columns)
+    names = ['x', 'y', 'z', 'vx', 'vy', 'vz'][: 6 if cloth.scene.particles.velocities else 3]
+    step = 4 * len(names)
+    assert (message.point_step, message.row_step) == (step, step * sheet.columns)
     assert message.is_dense
     assert not message.is_bigendian
-    assert [field.name for field in message.fields] == ['x', 'y', 'z', 'vx', 'vy', 'vz']
-    assert [field.offset for field in message.fields] == [0, 4, 8, 12, 16, 20]
+    assert [field.name for field in message.fields] == names
+    assert [field.offset for field in message.fields] == list(range(0, step, 4))
     assert {(field.datatype, field.count) for field in message.fields} == {(7, 1)}
-    numbers = np.frombuffer(message.data, np.float32).reshape(sheet.rows, sheet.columns, 6)
+    numbers = np.frombuffer(message.data, np.float32).reshape(sheet.rows, sheet.columns, -1)
     assert np.array_equal(numbers[..., :3], cloth.positions.astype(np.float32))
-    assert np.array_equal(numbers[..., 3:], cloth.velocities.astype(np.float32))
+    velocities = cloth.velocities.astype(np.float32)
+    assert np.array_equal(numbers[..., 3:], velocities[..., : len(names) - 3])
     other = STORE.deserialize_cdr(data, 'sensor_msgs/msg/PointCloud2')
     assert bytes(other.data) == bytes(message.data)
     assert other.header.frame_id == cloth.scene.frame_id

@@ -22,7 +22,7 @@ from cyclonedds.util import duration
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from node.conftest import FREE_FALL, durations, running
-from ros import PATIENCE, diagnosis, regular, set_parameters, stamp
+from ros import PATIENCE, diagnosis, numbers, regular, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -47,6 +47,22 @@ def test_particles_have_their_layout_rate_stamps_and_velocities(node):
     cloud = particles[-1]
     assert (cloud.height, cloud.width, cloud.point_step) == (ROWS, COLUMNS, 24)
     assert cloud.header.frame_id == 'lab'
+
+
+def test_particles_can_be_rarer_than_ticks_and_without_velocities(node):
+    _, probe = node
+    results = set_parameters(probe, particles__rate=20.0, particles__velocities=False)
+    assert [result.reason for result in results] == ['', '']
+    particles: list[PointCloud2] = probe.collect(PointCloud2, '/cloth/particles')
+    probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 20))
+    assert [field.name for field in particles[-1].fields] == ['x', 'y', 'z']
+    assert numbers(particles[-1]).shape == (ROWS, COLUMNS, 3)
+    assert len(particles[-1].data) == 12 * ROWS * COLUMNS
+    results = set_parameters(probe, particles__rate=0.0, particles__velocities=True)
+    assert [result.reason for result in results] == ['', '']
+    probe.spin_until(lambda: particles[-1].point_step == 24)
+    particles.clear()
+    probe.spin_until(lambda: regular([stamp(message) for message in particles], 1 / 60))
 
 
 def test_markers_have_their_namespaces_and_rate(node):

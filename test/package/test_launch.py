@@ -81,10 +81,12 @@ def test_the_recording_has_a_folder_of_its_own_and_every_command(prefix, tmp_pat
     check_launch(SCENE, [], str(tmp_path))
     with pytest.raises(ValueError, match='but must be a folder that does not exist yet'):
         check_launch(SCENE, ['record'], str(tmp_path))
-    topics = ['/diagnostics', '/cloth/particles', '/wind', '/sphere_pose', '/box/pose']
+    outputs = [f'/cloth/{name}' for name in ('particles', 'ticks', 'keyframes', 'scene')]
+    commands = ['/wind', '/sphere_pose', '/box/pose']
+    topics = ['/diagnostics', '/parameter_events', *outputs, *commands]
     box = str(ROOT / 'config' / 'box.yaml')
     assert recorded_topics(box, '') == recorded_topics(box, '/') == topics
-    within = ['/diagnostics', *(f'/lab{topic}' for topic in topics[1:])]
+    within = [*topics[:2], *(f'/lab{topic}' for topic in topics[2:])]
     assert recorded_topics(box, 'lab') == recorded_topics(box, '/lab') == within
 
 
@@ -131,5 +133,5 @@ def test_the_launch_file_starts_all_or_nothing(arguments, text, prefix, start, m
     expected = ['cloth_node', *(['cloth_viewer', 'rviz2', 'record'] if len(arguments) > 2 else [])]
     assert started == ([] if text else expected)
     assert text or f'--params-file {SCENE}' in launch.output
-    recorded = 'recorded: bag record --output b /diagnostics /cloth/particles /wind /sphere_pose'
+    recorded = 'recorded: bag record --output b --topics /diagnostics /parameter_events /cloth/'
     assert (recorded in launch.output) == ('record' in started)

@@ -26,6 +26,7 @@ DEFAULTS = [
     ('collider.', {'names': ()}),
     ('solver.', {'method': 'auto', 'substeps': 0, 'tolerance': 0.001, 'precision': 'single'}),
     ('solver.', {'threads': 1, 'max_tick': 0.1, 'overload': 'slow_motion'}),
+    ('particles.', {'rate': 0.0, 'velocities': True}),
     ('markers.', {'rate': 30.0, 'springs': False, 'meshes': 'triangles'}),
     ('clock.', {'publish': False, 'rate': 0.0}),
     ('snapshot.', {'file': ''}),

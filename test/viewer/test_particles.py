@@ -1,5 +1,7 @@
 """Messages of particles, of the node and of others."""
 
+from array import array
+
 import numpy as np
 import pytest
 from sensor_msgs.msg import PointCloud2, PointField
@@ -34,6 +36,22 @@ def test_any_layout_is_read(order, gap):
     assert sheet.shape == (3, 2)
     np.testing.assert_array_equal(sheet.positions[2, 1], [30, 31, 32])
     np.testing.assert_array_equal(sheet.velocities[0, 1], [9, 10, 11])
+
+
+def test_velocities_that_are_not_published_are_those_since_the_last_message():
+    first, second = cloud(names=('x', 'y', 'z')), cloud(names=('x', 'y', 'z'))
+    second.header.stamp.nanosec = 500_000_000
+    for index in range(0, 72, 12):  # x of each particle
+        number = np.frombuffer(second.data[index : index + 4], np.float32) + np.float32(3)
+        second.data[index : index + 4] = array('B', number.tobytes())
+    former = decode(first)
+    assert not former.velocities.any()
+    sheet = decode(second, former)
+    np.testing.assert_array_equal(sheet.positions[2, 1], [18, 16, 17])
+    np.testing.assert_array_equal(sheet.velocities, np.broadcast_to([6, 0, 0], (3, 2, 3)))
+    paused = decode(second, sheet)
+    np.testing.assert_array_equal(paused.velocities, sheet.velocities)
+    assert not decode(first, sheet).velocities.any()  # the clock has jumped back
 
 
 def test_what_is_no_cloth_is_refused():

@@ -8,6 +8,7 @@ from ...messages.markers import Identity, MarkersMessage, deletion, deletion_of_
 from ...scene import Scene
 from ..context import Context
 from ..publisher import TolerantPublisher
+from .rate_limit import RateLimit
 
 
 class MarkersOutput:
@@ -25,7 +26,7 @@ class MarkersOutput:
         self._message: MarkersMessage | None = None
         self._scene: Scene | None = None
         self._published: frozenset[Identity] = frozenset()
-        self._last = self._next = 0.0
+        self._limit = RateLimit()
         self._subscribers = 0
         self.topics = (self._publisher.topic,)
 
@@ -34,7 +35,7 @@ class MarkersOutput:
         times = divmod(stamp, 1_000_000_000)
         former, self._subscribers = self._subscribers, self._publisher.subscribers
         if self._subscribers > former:
-            self._next = min(self._next, now)
+            self._limit.advance_to(now)
             frame_id = self._live.scene.frame_id
             self._publisher.publish(deletion_of_all(frame_id, *times))
         if self._due(now) and self._subscribers:
@@ -52,13 +53,7 @@ class MarkersOutput:
         return self._message
 
     def _due(self, now: float) -> bool:
-        """Return whether markers are due at `now`, s; the clock may have jumped back."""
+        """Return whether markers are due at `now`, s."""
         scene = self._live.scene
-        if now < self._last:
-            self._next = 0.0
-        self._last = now
-        # Half a tick of tolerance: a tick that is early by its jitter is the one that was meant.
-        if scene.markers.rate == 0 or now < self._next - 0.5 / scene.rate:
-            return False
-        self._next = max(self._next + 1 / scene.markers.rate, now)
-        return True
+        rate = scene.markers.rate
+        return rate > 0 and self._limit.due(now, rate, scene.rate)

@@ -1,4 +1,4 @@
-"""The topic `~/particles`: position and velocity of every particle, at each tick."""
+"""The topic `~/particles`: every particle, at each tick or at `particles.rate`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from ...messages.particles import ParticlesMessage, coordinate_spacing
 from ...scene.parameter import format_value
 from ..context import Context
 from ..publisher import TolerantPublisher
+from .rate_limit import RateLimit
 
 
 class ParticlesOutput:
@@ -19,19 +20,33 @@ class ParticlesOutput:
         scene = context.live.scene
         self._live = context.live
         self._publisher = TolerantPublisher(context, PointCloud2, '~/particles')
-        self._message = ParticlesMessage(scene.sheet.rows, scene.sheet.columns, scene.frame_id)
+        self._message = self._make_message()
+        self._limit = RateLimit()
         self.topics = (self._publisher.topic,)
         self._log = context.node.get_logger()
         self._warned = False
         self._check_spacing(scene.sheet.position)
 
     def publish(self, now: float, stamp: int) -> None:
-        """Publish the present state, stamped in ns, if there is a subscriber."""
-        if self._publisher.wanted:
+        """Publish the present state, stamped in ns, if it is time and there is a subscriber."""
+        if self._due(now) and self._publisher.wanted:
+            if self._message.velocities != self._live.scene.particles.velocities:
+                self._message = self._make_message()
             times = divmod(stamp, 1_000_000_000)
             self._publisher.publish(self._message.serialise(self._live, *times))
             if not self._warned:
                 self._check_spacing(self._message.first_position)
+
+    def _due(self, now: float) -> bool:
+        """Return whether particles are due at `now`, s."""
+        scene = self._live.scene
+        rate = scene.particles.rate
+        return rate == 0 or self._limit.due(now, rate, scene.rate)
+
+    def _make_message(self) -> ParticlesMessage:
+        scene = self._live.scene
+        sheet, velocities = scene.sheet, scene.particles.velocities
+        return ParticlesMessage(sheet.rows, sheet.columns, scene.frame_id, velocities)
 
     def _check_spacing(self, position: ArrayLike) -> None:
         """Warn if single precision does not resolve positions as far from the origin as this."""

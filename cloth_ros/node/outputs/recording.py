@@ -22,7 +22,7 @@ from ..publisher import TolerantPublisher
 # Records are small, and each that a recorder loses is a gap: the queue is deep.
 _DEPTH = 1000
 # From one keyframe to the next, and from that for a new subscriber to the next, s of ticks.
-_INTERVAL, _AGAIN = 10.0, 1.0
+KEYFRAME_INTERVAL, _AGAIN = 10.0, 1.0
 
 
 class RecordingOutput:
@@ -58,7 +58,7 @@ class RecordingOutput:
         restored = any(change.kind == RESTORED for change in record.changes)
         if appeared or restored or record.tick >= self._next:
             # A subscriber that knows of the publisher later than that of it may miss the first.
-            self._publish_keyframe(record, _AGAIN if appeared else _INTERVAL)
+            self._publish_keyframe(record, _AGAIN if appeared else KEYFRAME_INTERVAL)
 
     def _subscribers_now(self) -> tuple[int, int]:
         return self._ticks.subscribers, self._keyframes.subscribers

@@ -1,0 +1,1 @@
+"""Recorded particles as a mesh over time, in files that other programs open."""
