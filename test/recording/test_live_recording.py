@@ -7,8 +7,10 @@ import pytest
 from builders import ROOT, SCENE_FILES
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.srv import SetParameters
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from ros import Process, environment, parameter_request, pose, wind
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from cloth_ros import Scene
@@ -16,6 +18,7 @@ from cloth_ros.recording import run
 from cloth_ros.recording.bag import Bag
 from cloth_ros.recording.resimulation import Settings
 
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RECORD = (sys.executable, str(ROOT / 'examples/record.py'))
 
 
@@ -42,6 +45,8 @@ def session(start_cloth, probe, record, scene, path, ticks):
     """Record a session with everything that may change a cloth; return the node."""
     node = start_cloth('--params-file', str(scene))
     particles = probe.collect(PointCloud2, '/cloth/particles', 1000)
+    scenes: list[String] = []
+    probe.create_subscription(String, '/cloth/scene', scenes.append, LATCHED)
     blow = probe.publisher(Vector3Stamped, '/wind')
     colliders = {each.name: each for each in Scene.from_yaml(scene).all_colliders()}
     names = {name: 'sphere_pose' if name == 'sphere' else f'{name}/pose' for name in colliders}
@@ -62,7 +67,8 @@ def session(start_cloth, probe, record, scene, path, ticks):
             publisher.publish(pose(x + 0.05 * np.sin(0.07 * count), y, z + 0.02))
 
     count = 0
-    while len(particles) < begin + ticks or count < 60:
+    # The change of parameters takes effect when its kernels are compiled.
+    while len(particles) < begin + ticks or count < 60 or len(scenes) < 2:
         act(count)
         count += 1
         probe.spin_for(0.02)
