@@ -23,9 +23,9 @@ from .precision import precision_for
 _SHARE = 0.5
 # Temporary bytes per particle: energies, strains and contacts are computed in double precision.
 _WORKING = 180
-# Bytes per particle in messages: six real numbers; six corners of two triangles, of three doubles
-# each; and both ends of each spring.
-_PARTICLES, _TRIANGLES, _SPRING = 24, 144, 48
+# Bytes per particle in messages: a position, and a velocity; six corners of two triangles, of
+# three doubles each; and both ends of each spring.
+_VECTOR, _TRIANGLES, _SPRING = 12, 144, 48
 # Copies of a message at one time: as arrays, as bytes, and in the queues of DDS.
 _COPIES = 10
 
@@ -49,7 +49,7 @@ def of_cloth(scene: Scene) -> int:
 def of_message(scene: Scene, topic: str) -> int:
     """Return the bytes of a message on `particles` or `markers`, but for some kB."""
     sheet = scene.sheet
-    per_particle = _PARTICLES
+    per_particle = _VECTOR * (2 if scene.particles.velocities else 1)
     if topic == 'markers':
         triangles = min(sheet.rows, sheet.columns) > 1
         per_particle = _TRIANGLES * triangles

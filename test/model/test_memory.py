@@ -55,6 +55,7 @@ def test_a_scene_that_needs_more_than_half_of_the_memory_is_refused_before_it_is
         memory.check(scene, needed, 2 * needed - 2)
     assert memory.of_cloth(scene) < needed
     assert needed < memory.of_node(scene.with_parameters({'markers.springs': True}))
+    assert needed > memory.of_node(scene.with_parameters({'particles.velocities': False}))
     # In a process that may use 0.7 GB.
     found = run_python(LIMITED)
     assert 'at most 350, half of the memory' in found.stdout, found.stderr[-500:]
