@@ -150,7 +150,7 @@ class _Timeline:
                 record = _without_motion(record)
             self._at = record
             yield Step(record, self._states.pop(record.stamp, None))
-            if keyframe:
+            if keyframe and not restored:
                 yield Checkpoint(keyframe)
 
     def _end_at_gap(self) -> Iterator[Entry]:

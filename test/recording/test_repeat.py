@@ -48,7 +48,13 @@ def commands(live, tick):
         live.configure(live.requested.with_parameters({'gravity': (0.0, 1.0, -9.0)}))
         live.reset()
         live.set_wind((1.0, 1.0, 0.0))
-    live.paused = 60 <= tick < 63
+    live.paused = 60 <= tick < 66
+    if tick == 62:
+        live.step()
+    if tick == 70:
+        commands.saved = live.snapshot()
+    if tick == 80:
+        assert live.restore(commands.saved)
 
 
 @pytest.mark.parametrize('precision', PRECISIONS)
