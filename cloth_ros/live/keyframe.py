@@ -11,7 +11,7 @@ from ..model.snapshot import Snapshot
 from ..model.snapshot_file import decode as decode_snapshot
 from ..model.snapshot_file import encode as encode_snapshot
 from ..scene import Scene
-from .tick_record import FORMAT, parameters_of
+from .tick_record import FORMAT
 
 
 class Keyframe(msgspec.Struct, frozen=True):
@@ -25,7 +25,7 @@ class Keyframe(msgspec.Struct, frozen=True):
     tick, stamp
         Number of the tick, and time of the state, ns, as in the record of the tick.
     parameters
-        Of the scene that is published: those that differ from their defaults, nested.
+        All of the scene that is published, by dotted name.
     spacing
         Of the grid that is simulated, as a multiple of the scene's own.
     data
@@ -70,7 +70,7 @@ def keyframe_of(cloth: Cloth, scene: Scene, spacing: int, tick: int, stamp: int)
 
     """
     data = encode_snapshot(cloth.snapshot())
-    return Keyframe(FORMAT, tick, stamp, parameters_of(scene), spacing, data)
+    return Keyframe(FORMAT, tick, stamp, scene.flat(), spacing, data)
 
 
 def decode_keyframe(data: bytes) -> Keyframe:

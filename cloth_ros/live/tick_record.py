@@ -39,7 +39,7 @@ class Change(msgspec.Struct, frozen=True, omit_defaults=True):
         `configured`: the parameters changed; `reset`: the cloth is in its initial state again;
         `restored`: in another state, which the keyframe of the same tick holds.
     parameters
-        Those of the new scene that differ from their defaults, nested.
+        All of the new scene, by dotted name.
     spacing
         Of the grid that is simulated, as a multiple of the scene's own.
 
@@ -116,11 +116,6 @@ def decode_record(text: str) -> TickRecord:
     return msgspec.json.decode(text, type=TickRecord)
 
 
-def parameters_of(scene: Scene) -> dict[str, Any]:
-    """Return the parameters that differ from their defaults, nested, and the rate."""
-    return {'rate': scene.rate, **scene.changed()}
-
-
 @functools.cache
 def _versions() -> str:
     names = ('cloth_ros', 'numba', 'numpy')
@@ -129,7 +124,14 @@ def _versions() -> str:
 
 def scene_text(scene: Scene) -> str:
     """Return a scene as a ROS parameter file, with the versions that run it as a comment."""
-    return f'# {_versions()}; form {FORMAT}\n{text_of(parameters_of(scene))}'
+    tree: dict[str, Any] = {}
+    for name, value in scene.flat().items():
+        *groups, last = name.split('.')
+        place = tree
+        for group in groups:
+            place = place.setdefault(group, {})
+        place[last] = [''] if value == () else value  # ROS cannot tell the type of an empty list
+    return f'# {_versions()}; form {FORMAT}\n{text_of(tree)}'
 
 
 class TickRecorder:
@@ -145,7 +147,7 @@ class TickRecorder:
 
     def configured(self, scene: Scene, spacing: int) -> None:
         """Record that another scene is simulated, on a grid `spacing` times as coarse."""
-        self._changes.append(Change(CONFIGURED, parameters_of(scene), spacing))
+        self._changes.append(Change(CONFIGURED, scene.flat(), spacing))
 
     def reset(self) -> None:
         """Record that the cloth is in its initial state again."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..live.coarse_cloth import CoarseCloth
 from ..live.keyframe import Keyframe, keyframe_of
-from ..live.tick_record import CONFIGURED, RESET, Change, TickRecord, parameters_of
+from ..live.tick_record import CONFIGURED, RESET, Change, TickRecord
 from ..model import Cloth
 from ..model.inputs import Inputs
 from ..model.resample import interpolate
@@ -121,7 +121,7 @@ class OtherCloth:
     def record(self, recorded: TickRecord) -> TickRecord:
         """Return the record of the tick that this cloth has made."""
         changes = tuple(
-            Change(CONFIGURED, parameters_of(self._changed(change.scene)))
+            Change(CONFIGURED, self._changed(change.scene).flat())
             if change.kind == CONFIGURED
             else change
             for change in recorded.changes

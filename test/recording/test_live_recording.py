@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from cloth_ros import Scene
 from cloth_ros.recording import run
-from cloth_ros.recording.bag import Bag
+from cloth_ros.recording.bag import Bag, deserialise
 from cloth_ros.recording.resimulation import Settings
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -93,12 +93,17 @@ def check(path):
 
 def test_a_session_is_repeated_to_the_bit(start_cloth, probe, record, tmp_path):
     scene = ROOT / 'config/drop_on_sphere.yaml'
+    ran = Scene.from_yaml(scene)
     session(start_cloth, probe, record, scene, tmp_path / 'bag', 120)
     result = check(tmp_path / 'bag')
     assert result['states'] > 60
     # The scene as it ran, for people, and for a node.
     texts = [each for each in Bag(tmp_path / 'bag').messages() if each.topic == '/cloth/scene']
     assert len(texts) >= 2  # that at the start, which was published before, and after the change
+    for text, drag in ((texts[0], 0.5), (texts[-1], 0.7)):
+        (tmp_path / 'scene.yaml').write_text(deserialise(text).data)
+        changes = {'drag': drag, 'springs.shear': 200.0} if drag == 0.7 else {}
+        assert Scene.from_yaml(tmp_path / 'scene.yaml') == ran.with_parameters(changes)
 
 
 @pytest.mark.slow
