@@ -59,6 +59,7 @@ class ClothNode(ValidatedClockNode):
         now = self.get_clock().now().nanoseconds
         self._live = LiveCloth(self._frames.simulated(scene, None, now), self._log)
         context = Context(self, self._live, self._transforms, self._rejected, self._frames)
+        self._sender = context.sender
         self._outputs = [make(context) for make in OUTPUTS]
         self._inputs = [make(context) for make in INPUTS]
         for each in self._inputs:
@@ -85,6 +86,7 @@ class ClothNode(ValidatedClockNode):
     def destroy_node(self) -> None:
         """End what runs in the background, and the node."""
         self._live.close()
+        self._sender.close()
         super().destroy_node()
 
     def reject(self, topic: str, reason: object) -> None:

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from ..live.live_cloth import LiveCloth
 from .collider_frames import ColliderFrames
 from .rejected_inputs import RejectedInputs
+from .sender import Sender
 from .transforms import Transforms
 
 
@@ -30,6 +31,8 @@ class Context:
         Counts and reports messages that are rejected.
     frames
         Moves colliders that follow a frame.
+    sender
+        Thread that sends all messages, in their order.
     unsent
         Number of messages that could not be sent, by topic.
 
@@ -40,4 +43,5 @@ class Context:
     transforms: Transforms
     rejected: RejectedInputs
     frames: ColliderFrames
+    sender: Sender = field(default_factory=Sender)
     unsent: Counter[str] = field(default_factory=Counter)

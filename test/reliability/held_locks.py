@@ -1,0 +1,87 @@
+"""Locks in the shared memory of Fast DDS, and how to stop a process while it holds one."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+from ros import PATIENCE
+
+_LOCK = re.compile(r'/dev/shm/fastrtps_port(\d+)_el$')
+_WORD = 4  # bytes
+# Words of a mutex of glibc, in this order: its state (0: free), a count, and the holding thread.
+_OWNER = 2
+
+
+def message_port(pid: int) -> Path:
+    """
+    Return the shared memory through which a process with one participant receives messages.
+
+    By the standard of DDS its number is odd; that of the port for discovery is even.
+    """
+    while True:
+        numbers = set()
+        for each in Path(f'/proc/{pid}/fd').iterdir():
+            with suppress(FileNotFoundError):  # closed meanwhile
+                if found := _LOCK.match(os.readlink(each)):
+                    numbers.add(int(found[1]))
+        # A process keeps open the files of its own ports, and shortly those of others.
+        odd = [each for each in numbers if each % 2]
+        if len(odd) == 1:
+            return Path(f'/dev/shm/fastrtps_port{odd[0]}')
+        time.sleep(0.01)
+
+
+def holds_a_lock(pid: int, port: Path) -> bool:
+    """Return whether a thread of a stopped process holds a lock there."""
+    threads = [int(each) for each in os.listdir(f'/proc/{pid}/task')]
+    content = port.read_bytes()
+    words = np.frombuffer(content[: len(content) // _WORD * _WORD], np.uint32)
+    held = (words[:-_OWNER] == 1) | (words[:-_OWNER] == 2)
+    return bool((held & np.isin(words[_OWNER:], threads)).any())
+
+
+def wait_until_stopped(pid: int) -> None:
+    """Wait until all threads of a process that was sent SIGSTOP have stopped."""
+    for thread in Path(f'/proc/{pid}/task').iterdir():
+        while (thread / 'stat').read_text().rpartition(')')[2].split()[0] != 'T':
+            time.sleep(0)
+
+
+def stop_holding_a_lock(pid: int, wait: Callable[[float], object]) -> int:
+    """
+    Stop a process while it holds a lock of shared memory: try until it does.
+
+    Parameters
+    ----------
+    pid
+        Of a process that receives messages through shared memory.
+    wait
+        Waits for some seconds, while the process runs.
+
+    Returns
+    -------
+    int
+        Number of tries.
+
+    """
+    port, tries, end = message_port(pid), 1, time.monotonic() + PATIENCE
+    while not _stops_holding_a_lock(pid, port):
+        assert time.monotonic() < end, f'in {tries} tries it never held a lock'
+        os.kill(pid, signal.SIGCONT)
+        wait(random.uniform(0.0, 0.005))  # as it comes: not in step with the messages
+        tries += 1
+    return tries
+
+
+def _stops_holding_a_lock(pid: int, port: Path) -> bool:
+    os.kill(pid, signal.SIGSTOP)
+    wait_until_stopped(pid)
+    return holds_a_lock(pid, port)
