@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from contextlib import suppress
 from typing import Any
 
 from rclpy.exceptions import InvalidHandle
@@ -14,14 +15,16 @@ from .context import Context
 from .publish_bytes import publish_bytes
 from .qos import overridable_qos
 from .rejected_inputs import THROTTLE
+from .shared_memory import SEGMENT
 
 
 class TolerantPublisher:
     """
     Publish on a topic in the thread `Context.sender`; count and report messages that are not sent.
 
-    DDS may block whoever publishes for seconds, while a subscriber on this machine hangs.  As many
-    messages as the queue of the topic holds wait meanwhile; the oldest are then dropped.
+    DDS may block whoever publishes: for seconds where a subscriber on this machine hangs, for some
+    tenths where one appears.  Messages wait meanwhile, as many as the queue of the topic holds or
+    as fit into shared memory together; then the oldest are dropped.
 
     Parameters
     ----------
@@ -47,7 +50,7 @@ class TolerantPublisher:
         self._node = context.node
         self._publisher = context.node.create_publisher(kind, topic, **overridable_qos(profile))
         self._sender = context.sender
-        self._waiting: deque[bytes] = deque(maxlen=max(self._publisher.qos_profile.depth, 1))
+        self._waiting: deque[bytes] = deque()
         self.topic = self._publisher.topic_name
         self._name = topic.removeprefix('~').removeprefix('/')
         self._unsent = context.unsent
@@ -70,6 +73,10 @@ class TolerantPublisher:
     def publish(self, message: Any) -> None:
         """Send a message or its bytes soon."""
         data = message if isinstance(message, bytes) else serialize_message(message)
+        most = max(self._publisher.qos_profile.depth, SEGMENT // len(data), 1)
+        with suppress(IndexError):  # the sender has taken the oldest meanwhile
+            while len(self._waiting) >= most:
+                self._waiting.popleft()
         self._waiting.append(data)
         self._sender.submit(self._send_oldest)
 

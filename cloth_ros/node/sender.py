@@ -11,13 +11,16 @@ class Sender:
 
     def __init__(self) -> None:
         self._executor = ThreadPoolExecutor(1, 'sender')  # starts no thread yet
-        self._newest: Future[None] | None = None
+        self._error: BaseException | None = None
 
     def submit(self, function: Callable[[], None]) -> None:
-        """Call a function soon; raise what the last one raised, if it has ended."""
-        if self._newest is not None and self._newest.done():
-            self._newest.result()
-        self._newest = self._executor.submit(function)
+        """Call a function soon; raise what a former one has raised."""
+        if self._error is not None:
+            raise self._error
+        self._executor.submit(function).add_done_callback(self._note)
+
+    def _note(self, future: Future[None]) -> None:
+        self._error = self._error or future.exception()
 
     def close(self) -> None:
         """Wait until all has been called."""
