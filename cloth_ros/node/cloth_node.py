@@ -135,6 +135,7 @@ class ClothNode(ValidatedClockNode):
             self._stamp = self.get_clock().now().nanoseconds
 
     def _tick(self) -> None:
+        self._free_sender()
         tick, stamp = self._tick_clock.tick(), self.get_clock().now().nanoseconds
         self._ticks.begin(tick)
         if tick.jump is not None and tick.jump < 0:
@@ -162,6 +163,14 @@ class ClothNode(ValidatedClockNode):
         self._live.estimate_error(tick.wall)
         self._announce()
         self._follow_clock()  # the rate may have changed
+
+    def _free_sender(self) -> None:
+        """Do not wait for a subscriber that hangs."""
+        for thread in self._sender.free():
+            self._log.warning(
+                f'thread {thread} is stopped or dead and held a lock in shared memory, which was '
+                'released: other subscribers would have waited for it'
+            )
 
     def _report(self) -> None:
         self._live.poll()  # without /clock there are no ticks

@@ -8,13 +8,12 @@ import re
 import signal
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 from ros import PATIENCE
 
-_LOCK = re.compile(r'/dev/shm/fastrtps_port(\d+)_el$')
+_READER = re.compile(r'dds\.shm\.(\d+)$')  # name of a thread that receives
 _WORD = 4  # bytes
 # Words of a mutex of glibc, in this order: its state (0: free), a count, and the holding thread.
 _OWNER = 2
@@ -26,17 +25,10 @@ def message_port(pid: int) -> Path:
 
     By the standard of DDS its number is odd; that of the port for discovery is even.
     """
-    while True:
-        numbers = set()
-        for each in Path(f'/proc/{pid}/fd').iterdir():
-            with suppress(FileNotFoundError):  # closed meanwhile
-                if found := _LOCK.match(os.readlink(each)):
-                    numbers.add(int(found[1]))
-        # A process keeps open the files of its own ports, and shortly those of others.
-        odd = [each for each in numbers if each % 2]
-        if len(odd) == 1:
-            return Path(f'/dev/shm/fastrtps_port{odd[0]}')
-        time.sleep(0.01)
+    names = [each.read_text() for each in Path(f'/proc/{pid}/task').glob('*/comm')]
+    ports = [int(found[1]) for each in names if (found := _READER.match(each))]
+    (odd,) = (each for each in ports if each % 2)
+    return Path(f'/dev/shm/fastrtps_port{odd}')
 
 
 def holds_a_lock(pid: int, port: Path) -> bool:
