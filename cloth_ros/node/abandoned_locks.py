@@ -38,12 +38,25 @@ def release_abandoned_locks() -> list[int]:
     threads = []
     for port in ports:
         with suppress(OSError):  # it has just been removed
-            threads += _release(port)
+            threads += release_locks(port)
     return threads
 
 
-def _release(port: str) -> list[int]:
-    """Release the locks of one port."""
+def release_locks(port: str) -> list[int]:
+    """
+    Release the locks of stopped or dead processes in one port.
+
+    Parameters
+    ----------
+    port
+        File of the port; the name of that which its reader locks begins with it.
+
+    Returns
+    -------
+    list of int
+        The threads that held them, by their numbers.
+
+    """
     with (
         open(port + _LOCKED_BY_READER, 'rb') as reader,
         open(port, 'r+b') as file,
