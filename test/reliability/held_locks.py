@@ -19,25 +19,27 @@ _WORD = 4  # bytes
 _OWNER = 2
 
 
-def message_port(pid: int) -> Path:
+def message_ports(pid: int) -> list[Path]:
     """
-    Return the shared memory through which a process with one participant receives messages.
+    Return the shared memory through which a process may receive messages.
 
-    By the standard of DDS its number is odd; that of the port for discovery is even.
+    By the standard of DDS their numbers are odd; those of the ports for discovery are even.
     """
     names = [each.read_text() for each in Path(f'/proc/{pid}/task').glob('*/comm')]
     ports = [int(found[1]) for each in names if (found := _READER.match(each))]
-    (odd,) = (each for each in ports if each % 2)
-    return Path(f'/dev/shm/fastrtps_port{odd}')
+    return [Path(f'/dev/shm/fastrtps_port{each}') for each in ports if each % 2]
 
 
-def holds_a_lock(pid: int, port: Path) -> bool:
+def holds_a_lock(pid: int, ports: list[Path]) -> bool:
     """Return whether a thread of a stopped process holds a lock there."""
     threads = [int(each) for each in os.listdir(f'/proc/{pid}/task')]
-    content = port.read_bytes()
-    words = np.frombuffer(content[: len(content) // _WORD * _WORD], np.uint32)
-    held = (words[:-_OWNER] == 1) | (words[:-_OWNER] == 2)
-    return bool((held & np.isin(words[_OWNER:], threads)).any())
+    for port in ports:
+        content = port.read_bytes()
+        words = np.frombuffer(content[: len(content) // _WORD * _WORD], np.uint32)
+        held = (words[:-_OWNER] == 1) | (words[:-_OWNER] == 2)
+        if (held & np.isin(words[_OWNER:], threads)).any():
+            return True
+    return False
 
 
 def wait_until_stopped(pid: int) -> None:
@@ -64,8 +66,8 @@ def stop_holding_a_lock(pid: int, wait: Callable[[float], object]) -> int:
         Number of tries.
 
     """
-    port, tries, end = message_port(pid), 1, time.monotonic() + PATIENCE
-    while not _stops_holding_a_lock(pid, port):
+    ports, tries, end = message_ports(pid), 1, time.monotonic() + PATIENCE
+    while not _stops_holding_a_lock(pid, ports):
         assert time.monotonic() < end, f'in {tries} tries it never held a lock'
         os.kill(pid, signal.SIGCONT)
         wait(random.uniform(0.0, 0.005))  # as it comes: not in step with the messages
@@ -73,7 +75,7 @@ def stop_holding_a_lock(pid: int, wait: Callable[[float], object]) -> int:
     return tries
 
 
-def _stops_holding_a_lock(pid: int, port: Path) -> bool:
+def _stops_holding_a_lock(pid: int, ports: list[Path]) -> bool:
     os.kill(pid, signal.SIGSTOP)
     wait_until_stopped(pid)
-    return holds_a_lock(pid, port)
+    return holds_a_lock(pid, ports)
