@@ -9,6 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from .abandoned_locks import release_abandoned_locks
 
 _LONG = 0.02  # s; to send a message takes less, unless there is no processor for it
+_SHARE = 0.05  # of the time, to look for locks: there are as many as subscribers
 
 
 class Sender:
@@ -18,7 +19,7 @@ class Sender:
         self._executor = ThreadPoolExecutor(1, 'sender')  # starts no thread yet
         self._error: BaseException | None = None
         self._began: float | None = None  # s; the call that goes on
-        self._checked = 0.0  # s
+        self._next = 0.0  # s, from when on to look for locks again
 
     def submit(self, function: Callable[[], None]) -> None:
         """Call a function soon; raise what a former one has raised."""
@@ -44,10 +45,12 @@ class Sender:
 
         """
         now, began = time.monotonic(), self._began
-        if began is None or now - max(began, self._checked) < _LONG:
+        if began is None or now - began < _LONG or now < self._next:
             return []
-        self._checked = now
-        return release_abandoned_locks()
+        threads = release_abandoned_locks()
+        end = time.monotonic()
+        self._next = max(now + _LONG, end + (end - now) / _SHARE)
+        return threads
 
     def _note(self, future: Future[None]) -> None:
         self._error = self._error or future.exception()
