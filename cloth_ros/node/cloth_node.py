@@ -71,6 +71,7 @@ class ClothNode(ValidatedClockNode):
             parameters,
             self._step,
         )
+        self._sender = context.sender
         self._outputs = [make(context) for make in OUTPUTS]
         self._inputs = [make(context) for make in INPUTS]
         for each in self._inputs:
@@ -98,6 +99,7 @@ class ClothNode(ValidatedClockNode):
     def destroy_node(self) -> None:
         """End what runs in the background, and the node."""
         self._live.close()
+        self._sender.close()
         super().destroy_node()
 
     def reject(self, topic: str, reason: object) -> None:
@@ -148,6 +150,7 @@ class ClothNode(ValidatedClockNode):
             self._stamps.restart(self.get_clock().now().nanoseconds)
 
     def _tick(self) -> None:
+        self._free_sender()
         tick, stamp = self._tick_clock.tick(), self.get_clock().now().nanoseconds
         self._ticks.begin(tick)
         if tick.jump is not None and tick.jump < 0:
@@ -196,6 +199,14 @@ class ClothNode(ValidatedClockNode):
             self._stamps.restart(self._simulation_clock.show())
             self._simulation_clock.publish()
         self._publish(self._tick_clock.now)
+
+    def _free_sender(self) -> None:
+        """Do not wait for a subscriber that hangs."""
+        for thread in self._sender.free():
+            self._log.warning(
+                f'thread {thread} is stopped or dead and held a lock in shared memory, which was '
+                'released: other subscribers would have waited for it'
+            )
 
     def _report(self) -> None:
         self._live.poll()  # without /clock there are no ticks

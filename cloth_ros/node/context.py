@@ -12,6 +12,7 @@ from ..live.live_cloth import LiveCloth
 from .collider_frames import ColliderFrames
 from .parameters import SceneParameters
 from .rejected_inputs import RejectedInputs
+from .sender import Sender
 from .transforms import Transforms
 
 
@@ -36,6 +37,8 @@ class Context:
         Parameters of the node that make the scene.
     step
         Simulates and publishes one tick while the cloth is paused; raises ValueError.
+    sender
+        Thread that sends all messages, in their order.
     unsent
         Number of messages that could not be sent, by topic.
 
@@ -48,4 +51,5 @@ class Context:
     frames: ColliderFrames
     parameters: SceneParameters
     step: Callable[[], None]
+    sender: Sender = field(default_factory=Sender)
     unsent: Counter[str] = field(default_factory=Counter)

@@ -1,20 +1,30 @@
-"""A publisher whose messages may fail to be sent without ending the node."""
+"""A publisher that neither delays the ticks nor ends the node, whatever DDS does."""
 
 from __future__ import annotations
 
+from collections import deque
+from contextlib import suppress
 from typing import Any
 
+from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
 
 from .context import Context
+from .publish_bytes import publish_bytes
 from .qos import overridable_qos
 from .rejected_inputs import THROTTLE
+from .shared_memory import SEGMENT
 
 
 class TolerantPublisher:
     """
-    Publish on a topic; count and report messages that cannot be sent.
+    Publish on a topic in the thread `Context.sender`; count and report messages that are not sent.
+
+    DDS may block whoever publishes: for seconds where a subscriber on this machine hangs, for some
+    tenths where one appears.  Messages wait meanwhile, as many as the queue of the topic holds or
+    as fit into shared memory together; then the oldest are dropped.
 
     Parameters
     ----------
@@ -39,6 +49,8 @@ class TolerantPublisher:
     ) -> None:
         self._node = context.node
         self._publisher = context.node.create_publisher(kind, topic, **overridable_qos(profile))
+        self._sender = context.sender
+        self._waiting: deque[bytes] = deque()
         self.topic = self._publisher.topic_name
         self._name = topic.removeprefix('~').removeprefix('/')
         self._unsent = context.unsent
@@ -59,9 +71,28 @@ class TolerantPublisher:
         return self.subscribers > 0
 
     def publish(self, message: Any) -> None:
-        """Publish a message or its bytes; warn if DDS has no room or time for it."""
+        """Send a message or its bytes soon."""
+        data = message if isinstance(message, bytes) else serialize_message(message)
+        most = max(self._publisher.qos_profile.depth, SEGMENT // len(data), 1)
+        with suppress(IndexError):  # the sender has taken the oldest meanwhile
+            while len(self._waiting) >= most:
+                self._waiting.popleft()
+        self._waiting.append(data)
+        self._sender.submit(self._send_oldest)
+
+    def _send_oldest(self) -> None:
+        """Send a message; warn if it was dropped, or if DDS has no room or time for it."""
         try:
-            self._publisher.publish(message)
+            publish_bytes(self._publisher, self._waiting.popleft())
+        except IndexError:  # newer messages have taken its place
+            self._unsent[self.topic] += 1
+            self._log.warning(
+                f'messages on {self._name} were not sent: those before them took too long; a '
+                'subscriber on this machine may hang',
+                **THROTTLE,
+            )
+        except InvalidHandle:  # the topic was removed
+            pass
         except rclpy_implementation.RCLError as error:
             self._unsent[self.topic] += 1
             self._log.warning(f'a message on {self._name} was not sent: {error}', **THROTTLE)

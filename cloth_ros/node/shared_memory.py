@@ -11,8 +11,9 @@ _PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 _TRANSPORTS = 'FASTDDS_BUILTIN_TRANSPORTS'
 _PROFILES_HERE = Path('DEFAULT_FASTRTPS_PROFILES.xml')
 _FOLDER = '/dev/shm'
-# Twice the segment in the profile: containers often have little, and other processes need some.
-_LEAST_FREE = 2 * 16 * 2**20  # bytes
+SEGMENT = 16 * 2**20  # bytes, as in the profile
+# Containers often have little, and other processes need some.
+_LEAST_FREE = 2 * SEGMENT  # bytes
 
 
 def enlarge_shared_memory() -> None:

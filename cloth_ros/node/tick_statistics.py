@@ -41,7 +41,7 @@ class TickStatistics:
             self.jumps, self.jump = self.jumps + 1, tick.jump
 
     def end(self, tick: Tick, messages: float) -> None:
-        """Record the time, s, that building and publishing messages has taken in a tick."""
+        """Record the time, s, that building messages has taken in a tick."""
         if tick.jump is None:
             self._intervals.append(tick.elapsed)
             self._messages.append(messages)

@@ -169,17 +169,17 @@ NOT_SENT = """
 import sys
 from itertools import count
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.publisher import Publisher
+from cloth_ros.node import publisher
 from cloth_ros.node.main import main
 
-publish, tries = Publisher.publish, count()
+publish, tries = publisher.publish_bytes, count()
 
-def failing(self, message):
-    if 'cloth' in self.topic_name and next(tries) < 10:
+def failing(handle, data):
+    if 'particles' in handle.topic_name and next(tries) < 10:
         raise rclpy_implementation.RCLError('failed to publish: a time-out')
-    publish(self, message)
+    publish(handle, data)
 
-Publisher.publish = failing
+publisher.publish_bytes = failing
 sys.exit(main())
 """
 

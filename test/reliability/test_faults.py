@@ -223,8 +223,7 @@ def test_a_reliable_subscriber(large_node, fault, long, measured):
     """
     Ten times: others lose nothing, at most 2 % of ticks are late, markers pause for 0.1 s at most.
 
-    Twice in ten the others may be held up for up to 5 s: by a subscriber that stops while it holds
-    a lock of shared memory, until Fast DDS gives it up.
+    Twice in ten the machine may be too busy for that, but for less than Fast DDS waits for a lock.
     """
     node, held_up, longest, counts = large_node, 0, 0.0, Counter()
     for _ in range(10 if long else 1):
@@ -241,7 +240,7 @@ def test_a_reliable_subscriber(large_node, fault, long, measured):
         counts.update(ticks=interval.count, late=interval.late, lost=interval.lost)
     measured(f'{dict(counts)}, longest pause {longest:.3f} s; held up {held_up} times')
     node.check()
-    assert not long or (held_up <= 2 and longest < 5.0 and counts['lost'] == 0)
+    assert not long or (held_up <= 2 and longest < 1.0 and counts['lost'] == 0)
 
 
 def test_subscribers_that_come_and_go(large_node, long, measured):
