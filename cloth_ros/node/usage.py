@@ -20,6 +20,9 @@ topics and services:
   NAME/pose     in   geometry_msgs/PoseStamped          where the collider NAME moves to, m
   ~/particles   out  sensor_msgs/PointCloud2            position and velocity of each particle
   ~/markers     out  visualization_msgs/MarkerArray     what RViz shows
+  ~/ticks       out  std_msgs/String                    what each tick has taken in, for replays
+  ~/keyframes   out  std_msgs/UInt8MultiArray           the exact state, where a replay can begin
+  ~/scene       out  std_msgs/String                    the scene as it runs, a parameter file
   /diagnostics  out  diagnostic_msgs/DiagnosticArray    real-time factor, load, rejected inputs …
   NAME/wrench   out  geometry_msgs/WrenchStamped        force and torque on collider NAME, N, N m
   ~/reset            std_srvs/Trigger                   return to the initial state

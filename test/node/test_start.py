@@ -42,7 +42,7 @@ def test_help_names_the_topics_of_a_node(start, start_cloth):
     assert node.output.startswith('usage: cloth_node [--ros-args --params-file SCENE')
     words = set(node.output.split())
     topics = re.findall(r'/[\w/]+', announced)
-    assert len(topics) == 5
+    assert len(topics) == 8
     for topic in topics:
         assert {topic, topic[1:], topic.replace('/cloth/', '~/')} & words
 
