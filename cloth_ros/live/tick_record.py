@@ -66,8 +66,8 @@ class TickRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     stamp
         Time of the state after the tick, ns, as in the header of the particles.
     clock
-        Time of the tick, ns, by the clock of the node: inputs that were handled before it are
-        taken in.
+        Time of the tick, ns, by the clock that ticks follow: a steady one, or with `use_sim_time`
+        /clock.  Inputs that were handled before it are taken in.
     time
         Simulated time after the tick, s.
     changes
@@ -118,8 +118,14 @@ def decode_record(text: str) -> TickRecord:
 
 @functools.cache
 def _versions() -> str:
-    names = ('cloth_ros', 'numba', 'numpy')
-    return ', '.join(f'{name} {importlib.metadata.version(name)}' for name in names)
+    def version(name: str) -> str:
+        try:
+            return importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:  # a source tree that is not installed
+            return 'unknown'
+
+    names = ('cloth_ros', 'numba', 'llvmlite', 'numpy')
+    return ', '.join(f'{name} {version(name)}' for name in names)
 
 
 def scene_text(scene: Scene) -> str:
@@ -144,6 +150,11 @@ class TickRecorder:
     def _clear(self) -> None:
         self._changes: list[Change] = []
         self._inputs, self._seconds, self._substep = _NO_INPUTS, 0.0, 0.0
+
+    @property
+    def changed(self) -> bool:
+        """True if there are changes that no record has yet."""
+        return bool(self._changes)
 
     def configured(self, scene: Scene, spacing: int) -> None:
         """Record that another scene is simulated, on a grid `spacing` times as coarse."""

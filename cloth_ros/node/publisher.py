@@ -74,23 +74,29 @@ class TolerantPublisher:
         """Send a message or its bytes soon."""
         data = message if isinstance(message, bytes) else serialize_message(message)
         most = max(self._publisher.qos_profile.depth, SEGMENT // len(data), 1)
+        dropped = 0
         with suppress(IndexError):  # the sender has taken the oldest meanwhile
             while len(self._waiting) >= most:
                 self._waiting.popleft()
+                dropped += 1
         self._waiting.append(data)
-        self._sender.submit(self._send_oldest)
+        if not dropped:
+            self._sender.submit(self._send_oldest)
+            return
+        # The call that was to send the dropped message sends this one.
+        self._unsent[self.topic] += dropped
+        self._log.warning(
+            f'messages on {self._name} were not sent: those before them took too long; a '
+            'subscriber on this machine may hang',
+            **THROTTLE,
+        )
 
     def _send_oldest(self) -> None:
-        """Send a message; warn if it was dropped, or if DDS has no room or time for it."""
+        """Send a message; warn if DDS has no room or time for it."""
         try:
             publish_bytes(self._publisher, self._waiting.popleft())
-        except IndexError:  # newer messages have taken its place
-            self._unsent[self.topic] += 1
-            self._log.warning(
-                f'messages on {self._name} were not sent: those before them took too long; a '
-                'subscriber on this machine may hang',
-                **THROTTLE,
-            )
+        except IndexError:  # several were dropped for one larger message
+            pass
         except InvalidHandle:  # the topic was removed
             pass
         except rclpy_implementation.RCLError as error:

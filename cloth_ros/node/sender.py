@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 from .abandoned_locks import release_abandoned_locks
 
 _LONG = 0.02  # s; to send a message takes less, unless there is no processor for it
+_LONGEST_END = 2.0  # s
 _SHARE = 0.05  # of the time, to look for locks: there are as many as subscribers
 
 
@@ -53,8 +54,14 @@ class Sender:
         return threads
 
     def _note(self, future: Future[None]) -> None:
-        self._error = self._error or future.exception()
+        if not future.cancelled():
+            self._error = self._error or future.exception()
 
     def close(self) -> None:
-        """Wait until all has been called."""
-        self._executor.shutdown()
+        """Wait until all has been called, but not long; what is left is not called."""
+        last = self._executor.submit(lambda: None)
+        end = time.monotonic() + _LONGEST_END
+        while not last.done() and time.monotonic() < end:
+            self.free()
+            wait([last], _LONG)
+        self._executor.shutdown(wait=False, cancel_futures=True)

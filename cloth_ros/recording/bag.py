@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+import re
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 
 _METADATA = 'metadata.yaml'
 _STORAGES = ('.mcap', '.db3')
+_MOST_DEFECTS = 100
 
 
 class Message(NamedTuple):
@@ -43,7 +45,14 @@ def one_line(error: BaseException) -> str:
 
 
 def _files(folder: Path) -> list[Path]:
-    return sorted(file for file in folder.iterdir() if file.suffix in _STORAGES)
+    """Return the files of a bag in their order: `bag_2.mcap` before `bag_10.mcap`."""
+
+    def order(file: Path) -> list[object]:
+        parts = re.split(r'(\d+)', file.name)
+        return [(int(part), '') if part.isdecimal() else (-1, part) for part in parts]
+
+    files = [file for file in folder.iterdir() if file.suffix in _STORAGES]
+    return sorted(files, key=order)
 
 
 class Bag:
@@ -61,8 +70,6 @@ class Bag:
         Types by topic; known before all has been read where the bag has an index.
     count
         Number of messages by topic; empty where the bag has no index.
-    defects
-        What is wrong with the bag, in one line each; complete when all has been read.
 
     Raises
     ------
@@ -75,10 +82,23 @@ class Bag:
         self.path = path
         self.topics: dict[str, str] = {}
         self.count: dict[str, int] = defaultdict(int)
-        self.defects: list[str] = []
+        self._defects: Counter[str] = Counter()
         self._parts = [part for found in self._find_parts() for part in self._readable(found)]
         if not self._parts:
             raise ValueError(f'{path} cannot be read: {"; ".join(self.defects)}')
+
+    @property
+    def defects(self) -> list[str]:
+        """What is wrong with the bag, in one line each; complete when all has been read."""
+        return [
+            text if count == 1 else f'{text} ({count} times)'
+            for text, count in self._defects.items()
+        ]
+
+    def note(self, defect: str) -> None:
+        """Note what is wrong; of very many different defects, only their number."""
+        known = defect in self._defects or len(self._defects) < _MOST_DEFECTS
+        self._defects[defect if known else 'other defects'] += 1
 
     def _find_parts(self) -> list[Path]:
         path = self.path
@@ -88,15 +108,18 @@ class Bag:
             raise ValueError(
                 f'{path} is no bag; give a folder of rosbag2, or an .mcap or .db3 file'
             )
-        if path.is_file() or (path / _METADATA).exists():
+        if path.is_file():
             return [path]
         files = _files(path)
+        if (path / _METADATA).exists():
+            compressed = 'compression_mode: message' in (path / _METADATA).read_text().lower()
+            return [path] if compressed or not files else files
         if not files:
             raise ValueError(
                 f'{path} is no bag: it has no {_METADATA} and no .mcap or .db3 file; give the '
                 'folder of a bag'
             )
-        self.defects.append(f'{_METADATA} is missing, the recorder was killed; its files are read')
+        self.note(f'{_METADATA} is missing, the recorder was killed; its files are read')
         return files
 
     def _readable(self, part: Path) -> list[Path]:
@@ -108,12 +131,12 @@ class Bag:
                     self.count[each.topic] += each.msgcount
         except Exception as error:  # the libraries raise many for damaged files
             if part.is_dir():  # its index is damaged, or one of its files
-                self.defects.append(f'{part.name}: {one_line(error)}')
+                self.note(f'{part.name}: {one_line(error)}')
                 return [file for each in _files(part) for file in self._readable(each)]
             if part.suffix == '.mcap' and self._scan_topics(part):
                 self.count.clear()
                 return [part]
-            self.defects.append(f'{part.name}: {one_line(error)}')
+            self.note(f'{part.name}: {one_line(error)}')
             return []
         return [part]
 
@@ -137,23 +160,18 @@ class Bag:
                     yield last
             except Exception as error:
                 until = f'after the message at {last.received} ns' if last else 'at once'
-                self.defects.append(f'{part.name} ends {until}: {one_line(error)}')
+                self.note(f'{part.name} ends {until}: {one_line(error)}')
 
     @staticmethod
     def _part(part: Path) -> Iterator[Message]:
-        reader = Reader(part)
-        try:
-            reader.open()
-        except Exception:
-            if part.suffix != '.mcap':
-                raise
-            yield from _stream(part)  # what was written before the recorder was killed
-            raise
-        try:
+        if part.suffix == '.mcap':
+            # In the order of the file.  An index, which is not needed, may be missing, and rosbags
+            # reads no file without one whose messages are not sorted by time.
+            yield from _stream(part)
+            return
+        with Reader(part) as reader:
             for connection, received, data in reader.messages():
                 yield _message(connection, received, data)
-        finally:
-            reader.close()
 
 
 def _message(connection: Connection, received: int, data: bytes) -> Message:

@@ -62,12 +62,13 @@ class Comparison:
             self.cloth.repeat(entry.record)
             self.ticks += 1
             if entry.recorded is None:
-                self.unrecorded += 1
+                self.unrecorded += entry.record.seconds > 0
             else:
                 self._compare(entry.record, entry.recorded)
         elif isinstance(entry, Checkpoint):
+            agrees = self.cloth.agrees(entry.keyframe)
             self.keyframes += 1
-            if not self.cloth.agrees(entry.keyframe):
+            if not agrees:
                 self.differing_keyframes += 1
                 self.first = self.first or f'the keyframe of tick {entry.keyframe.tick} differs'
         elif isinstance(entry, Gap):
@@ -117,7 +118,10 @@ class Comparison:
 
 def gap_text(gap: Gap) -> str:
     """Return what a gap means, in words."""
+    if gap.stamp is None:
+        return f'gap: behind tick {gap.after} the bag is not complete, and has no later keyframe'
+    after = 'behind' if gap.until > gap.after else 'the node was started again behind'
     return (
-        f'gap: ticks {gap.after + 1} to {gap.until - 1} or {gap.until} are not complete in the '
-        f'bag; repeated again from {1e-9 * gap.stamp:.6f} s on'
+        f'gap: {after} tick {gap.after}; repeated again behind tick {gap.until}, '
+        f'{1e-9 * gap.stamp:.6f} s'
     )

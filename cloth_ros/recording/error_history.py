@@ -82,7 +82,7 @@ class ErrorHistory:
         if len(self._part) >= self._ticks_each:
             self.entries.append(_merged(self._part))
             self._part.clear()
-        if len(self.entries) > _ENTRIES:
+        if len(self.entries) >= _ENTRIES:
             pairs = zip(self.entries[::2], self.entries[1::2], strict=False)
             self.entries = [_merged(list(pair)) for pair in pairs]
             self._ticks_each *= 2

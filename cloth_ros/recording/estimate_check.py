@@ -16,6 +16,8 @@ from .timeline import Entry, Gap, Start, Step, timeline
 
 # Ticks in which the window of an estimate is looked for; it is evaluated some seconds later.
 _RECENT = 20_000
+# Estimates that wait for their ticks, and ticks after which these are looked for.
+_WAITING, _EVERY = 100, 30
 # Of the tolerance that is given up, in a finer run that was not described.
 _FINER = 0.01
 
@@ -48,20 +50,35 @@ class CheckedEstimate(NamedTuple):
 def find_windows(recorded: RecordedCloth) -> list[Window]:
     """Return the windows of the estimates in a recording, without those whose ticks are lost."""
     ticks: deque[tuple[int, float, float]] = deque(maxlen=_RECENT)
+    waiting: deque[LiveEstimate] = deque(maxlen=_WAITING)
     windows: list[Window] = []
     known: LiveEstimate | None = None
+
+    def find() -> None:
+        while waiting and (window := _window(ticks, waiting[0])):
+            windows.append(window)
+            waiting.popleft()
+
     for entry in timeline(recorded):
         if isinstance(entry, Step):
             ticks.append((entry.record.tick, entry.record.time, entry.record.seconds))
+            if waiting and entry.record.tick % _EVERY == 0:
+                find()
         elif isinstance(entry, (Gap, Start)):
+            find()
             ticks.clear()
+            waiting.clear()
         elif isinstance(entry, LiveEstimate) and not _same(entry, known):
             known = entry
-            last = _tick_at(ticks, entry.time)
-            first = None if last is None else _tick_at(ticks, entry.time - entry.seconds, last)
-            if last is not None and first is not None:
-                windows.append(Window(first, last, entry))
+            waiting.append(entry)  # its ticks may be held for states that are to come
+    find()
     return windows
+
+
+def _window(ticks: deque[tuple[int, float, float]], estimate: LiveEstimate) -> Window | None:
+    last = _tick_at(ticks, estimate.time)
+    first = None if last is None else _tick_at(ticks, estimate.time - estimate.seconds, last)
+    return None if last is None or first is None else Window(first, last, estimate)
 
 
 def _same(first: LiveEstimate, second: LiveEstimate | None) -> bool:

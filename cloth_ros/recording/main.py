@@ -24,7 +24,8 @@ def _parser() -> argparse.ArgumentParser:
         'states, bit by bit; or, with other settings, simulate it again from the same inputs, and '
         'write a new bag and the error of the recorded run.',
         epilog='examples: cloth_resimulate my_bag;  cloth_resimulate my_bag --tolerance 1e-5 '
-        '--precision double.  The exit code is 0, 1 if a recorded state differs, 2 for an error.',
+        '--precision double.  The exit code is 0; 1 if a recorded state differs, or none can be '
+        'compared; 2 for an error.',
     )
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag, or folder of bags')
     parser.add_argument('--cloth', metavar='NODE', help='full name of the node, such as /cloth')
@@ -103,6 +104,10 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
     path = options.bag
     folder = options.out or path.with_name(f'{path.resolve().name}_resimulated')
     outcomes: list[Outcome] = []
+    if bags and options.check_estimates:
+        raise ValueError(
+            f'--check-estimates takes one bag, and {path} has {len(bags)}; give {bags[0]}'
+        )
     if bags:
         ended = on_dask(bags, options.cloth, settings, folder, options.scheduler, stop)
         for bag, outcome in ended:

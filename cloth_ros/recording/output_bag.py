@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,8 @@ class OutputBag:
         Full name of the node of the cloth.
     frame_id
         Frame of the positions.
+    received
+        Returns the time at which messages are said to be received, ns; None: their stamps.
 
     Raises
     ------
@@ -42,10 +45,12 @@ class OutputBag:
 
     """
 
-    def __init__(self, path: Path, node: str, frame_id: str) -> None:
+    def __init__(
+        self, path: Path, node: str, frame_id: str, received: Callable[[], int] | None = None
+    ) -> None:
         if path.exists():
             raise ValueError(f'{path} exists already; give the name of a new folder')
-        self._node, self._frame_id = node, frame_id
+        self._node, self._frame_id, self._received = node, frame_id, received
         try:
             self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
             self._writer.open()
@@ -72,7 +77,8 @@ class OutputBag:
 
     def _write(self, name: str, kind: str, stamp: int, message: object) -> None:
         data = bytes(_TYPES.serialize_cdr(message, kind))
-        self.copy(Message(f'{self._node}/{name}', kind, stamp, data))
+        received = self._received() if self._received else stamp
+        self.copy(Message(f'{self._node}/{name}', kind, received, data))
 
     def write_record(self, record: TickRecord) -> None:
         """Write the record of a tick."""

@@ -81,6 +81,8 @@ class RecordedCloth:
         Number of records; 0 if the bag has no index.
     has_particles
         True if states were recorded.
+    received
+        When the last message that was read was received, ns.
 
     Raises
     ------
@@ -98,7 +100,8 @@ class RecordedCloth:
                     f'{bag.path} has no {self.topic(name)}, so {self.node} cannot be repeated; '
                     f'record {" ".join(self.topic(each) for each in TYPES)} as well'
                 )
-        self.has_particles = self.topic('particles') in bag.topics
+        self.has_particles = bag.topics.get(self.topic('particles')) == TYPES['particles']
+        self.received = 0
         self.ticks = bag.count.get(self.topic('ticks'), 0)
 
     def topic(self, name: str) -> str:
@@ -110,20 +113,21 @@ class RecordedCloth:
         readers: dict[str, Callable[[Message], Event]] = {
             self.topic('ticks'): _record,
             self.topic('keyframes'): _keyframe,
-            self.topic('particles'): read_particles,
         }
+        if self.has_particles:
+            readers[self.topic('particles')] = read_particles
         for message in self._bag.messages():
+            self.received = message.received
             read = readers.get(message.topic)
-            if read is None:
-                if message.type == _DIAGNOSTICS:
-                    yield from self._estimates(message)
-                elif message.topic != self.topic('scene'):
-                    yield message
-                continue
             try:
-                yield read(message)
+                if read is not None:
+                    yield read(message)
+                elif message.type == _DIAGNOSTICS:
+                    yield from self._estimates(message)
+                elif not message.topic.startswith(f'{self.node}/'):
+                    yield message
             except ValueError as error:
-                self._bag.defects.append(str(error))
+                self._bag.note(str(error))
 
     def _estimates(self, message: Message) -> Iterator[LiveEstimate]:
         for status in deserialise(message).status:
@@ -163,9 +167,12 @@ def choose_cloth(bag: Bag, node: str | None) -> str:
         for topic, kind in bag.topics.items()
         if topic.endswith('/particles') and kind == TYPES['particles']
     )
-    nodes = nodes or sorted(
-        topic.removesuffix('/ticks') for topic in bag.topics if topic.endswith('/ticks')
-    )
+    others = {
+        topic.removesuffix('/ticks')
+        for topic, kind in bag.topics.items()
+        if topic.endswith('/ticks') and kind == TYPES['ticks']
+    }
+    nodes = sorted({*nodes, *others})
     if node is not None and node not in nodes:
         known = ', '.join(nodes) or 'none'
         raise ValueError(f'{bag.path} has no cloth {node}; --cloth can be: {known}')
@@ -183,16 +190,20 @@ def choose_cloth(bag: Bag, node: str | None) -> str:
 
 def _record(message: Message) -> TickRecord:
     try:
-        return decode_record(deserialise(message).data)
+        record = decode_record(deserialise(message).data)
+        _ = record.inputs, [change.scene for change in record.changes]  # checked here
     except ValueError as error:
         raise ValueError(f'a record on {message.topic} is damaged: {error}') from None
+    return record
 
 
 def _keyframe(message: Message) -> Keyframe:
     try:
-        return decode_keyframe(bytes(deserialise(message).data))
+        keyframe = decode_keyframe(bytes(deserialise(message).data))
+        _ = keyframe.scene, keyframe.snapshot  # checked here
     except ValueError as error:
         raise ValueError(f'a keyframe on {message.topic} is damaged: {error}') from None
+    return keyframe
 
 
 def read_particles(message: Message) -> Particles:

@@ -17,6 +17,7 @@ from .bag import Message
 from .comparison import gap_text
 from .error_history import ErrorHistory
 from .output_bag import OutputBag
+from .recorded_cloth import RecordedCloth
 from .repeated_cloth import OtherCloth
 from .timeline import Entry, Gap, Start, Step
 
@@ -66,8 +67,8 @@ class Resimulation:
         How to simulate.
     folder
         Where to write ``error.csv`` and the new bag; it exists.
-    node
-        Full name of the recorded node.
+    recorded
+        The recorded cloth.
 
     Attributes
     ----------
@@ -78,10 +79,11 @@ class Resimulation:
 
     """
 
-    def __init__(self, settings: Settings, folder: Path, node: str) -> None:
-        self._settings, self._folder, self._node = settings, folder, node
+    def __init__(self, settings: Settings, folder: Path, recorded: RecordedCloth) -> None:
+        self._settings, self._folder, self._recorded = settings, folder, recorded
         self._other = OtherCloth(settings.scene)
         self._bag: OutputBag | None = None
+        self._early: list[Message] = []
         self._next_keyframe = 0
         self.history = ErrorHistory(folder / 'error.csv')
         self.gaps: list[str] = []
@@ -99,14 +101,30 @@ class Resimulation:
             self._step(entry)
         elif isinstance(entry, Gap):
             self.gaps.append(gap_text(entry))
-        elif isinstance(entry, Message) and self._bag is not None:
-            self._bag.copy(entry)
+        elif isinstance(entry, Message):
+            self._copy(entry)
+
+    def _copy(self, message: Message) -> None:
+        """Copy an input; transforms that do not change are there before the cloth."""
+        if message.topic.endswith('/wrench'):  # of the recorded run
+            return
+        if self._bag is not None:
+            self._bag.copy(message)
+        elif message.topic == '/tf_static':
+            self._early.append(message)
 
     def _start(self, entry: Start) -> None:
         keyframe = entry.keyframe
         self._other.start(keyframe)
         if self._bag is None:
-            self._bag = OutputBag(self._folder / 'bag', self._node, self.scene.frame_id)
+            self._bag = OutputBag(
+                self._folder / 'bag',
+                self._recorded.node,
+                self.scene.frame_id,
+                lambda: self._recorded.received,
+            )
+            for message in self._early:
+                self._bag.copy(message)
         self._bag.write_scene(self.scene, keyframe.stamp)
         self._write_keyframe(self._bag, keyframe.tick, keyframe.stamp)
 

@@ -28,7 +28,7 @@ class Outcome:
     lines
         For people.
     identical
-        False if a recorded state was repeated with other bits.
+        False if a recorded state was repeated with other bits, or none could be compared.
     result
         Numbers by name.
 
@@ -60,7 +60,7 @@ def repeat(path: Path, node: str | None, progress: Progress) -> Outcome:
     """
     bag = Bag(path)
     comparison = Comparison()
-    _run(bag, RecordedCloth(bag, node), comparison, progress)
+    stopped = not _run(bag, RecordedCloth(bag, node), comparison, progress)
     result: dict[str, Any] = {
         'bag': str(path),
         'ticks': comparison.ticks,
@@ -74,7 +74,8 @@ def repeat(path: Path, node: str | None, progress: Progress) -> Outcome:
         'gaps': comparison.gaps,
         'defects': bag.defects,
     }
-    return Outcome([*comparison.lines(), *bag.defects], not comparison.first, result)
+    complete = comparison.identical and not stopped
+    return Outcome([*comparison.lines(), *bag.defects], complete, result)
 
 
 def resimulate(
@@ -109,7 +110,7 @@ def resimulate(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ValueError(f'--out {folder}: {error.strerror}; give a folder to write to') from None
-    run = Resimulation(settings, folder, recorded.node)
+    run = Resimulation(settings, folder, recorded)
     try:
         _run(bag, recorded, run, progress)
     finally:
@@ -155,7 +156,8 @@ def _run(
     recorded: RecordedCloth,
     taker: Comparison | Resimulation | EstimateCheck,
     progress: Progress,
-) -> None:
+) -> bool:
+    """Take all entries of the timeline; return False if that had to stop before the end."""
     ticks = 0
     for entry in timeline(recorded):
         try:
@@ -163,8 +165,8 @@ def _run(
         except ValueError as error:
             if ticks == 0:
                 raise
-            bag.defects.append(f'after {ticks} ticks: {error}')
-            return
+            bag.note(f'stopped after {ticks} ticks: {error}')
+            return False
         if isinstance(entry, Step):
             ticks += 1
             progress(ticks, recorded.ticks)
@@ -174,6 +176,7 @@ def _run(
             f'{bag.path} has no tick behind a keyframe, so nothing can be repeated; record '
             f'{recorded.topic("keyframes")} as well{defects}'
         )
+    return True
 
 
 def _table(run: Resimulation) -> list[str]:

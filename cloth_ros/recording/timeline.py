@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..live.keyframe import Keyframe
-from ..live.tick_record import RESTORED, TickRecord
+from ..live.tick_record import RESTORED, Change, TickRecord
 from .bag import Message
 from .recorded_cloth import LiveEstimate, Particles, RecordedCloth
 
@@ -54,13 +54,13 @@ class Gap(NamedTuple):
     after, until
         Numbers of the ticks before and behind it.
     stamp
-        Time of the state behind it, ns.
+        Time of the state behind it, ns; None: it lasts until the end of the recording.
 
     """
 
     after: int
     until: int
-    stamp: int
+    stamp: int | None
 
 
 Entry = Start | Step | Checkpoint | Gap | LiveEstimate | Message
@@ -76,14 +76,19 @@ class _Timeline:
         self._at: TickRecord | Keyframe | None = None  # the tick that was repeated last
         self._gap: TickRecord | Keyframe | None = None  # the last tick before the present gap
         self._has_states = recorded.has_particles
+        self._last: TickRecord | None = None  # that was received last
 
     def entries(self) -> Iterator[Entry]:
         for event in self._recorded.events():
             if isinstance(event, TickRecord):
+                if self._last is not None and event.tick <= self._last.tick:
+                    yield from self._end_run(event)
                 self._records.append(event)
+                self._last = event
             elif isinstance(event, Particles):
-                # The state may be published again while the cloth is paused.
-                self._states.setdefault(event.stamp, event.values)
+                # Not again, as it is published while the cloth is paused.
+                if self._at is None or event.stamp != self._at.stamp:
+                    self._states.setdefault(event.stamp, event.values)
                 if len(self._states) > 2 * _HELD:
                     self._states.popitem(last=False)
             elif isinstance(event, Keyframe):
@@ -94,7 +99,18 @@ class _Timeline:
         yield from self._ready(final=True)
         if self._at is None and self._records and self._gap is not None:
             last = self._records[-1]
-            yield Gap(self._gap.tick, last.tick + 1, last.stamp)
+            yield Gap(self._gap.tick, last.tick + 1, None)
+
+    def _end_run(self, first: TickRecord) -> Iterator[Entry]:
+        """End the ticks of a node that was started again, and begin those of the new one."""
+        yield from self._ready(final=True)
+        self._gap, self._at = self._at or self._gap, None
+        self._records.clear()
+        self._states.clear()
+        keyframe = self._take_keyframe_from(partial(_same, first))
+        self._keyframes.clear()
+        if keyframe is not None:
+            yield from self._start(keyframe)
 
     def _take_keyframe(self, keyframe: Keyframe) -> Iterator[Entry]:
         if self._at is None:
@@ -135,7 +151,8 @@ class _Timeline:
                 yield from self._end_at_gap()
                 continue
             late = final or len(self._records) > _HELD
-            if self._has_states and record.stamp not in self._states and not late:
+            changed = record.stamp == self._at.stamp  # while the cloth was paused
+            if self._has_states and record.stamp not in self._states and not (late or changed):
                 return
             restored = any(change.kind == RESTORED for change in record.changes)
             if restored and not any(_same(record, keyframe) for keyframe in self._keyframes):
@@ -149,9 +166,18 @@ class _Timeline:
                 yield Start(keyframe)
                 record = _without_motion(record)
             self._at = record
-            yield Step(record, self._states.pop(record.stamp, None))
+            yield Step(record, self._take_state(record.stamp))
             if keyframe and not restored:
                 yield Checkpoint(keyframe)
+
+    def _take_state(self, stamp: int) -> NDArray[np.float32] | None:
+        """Take the state of a time, and discard those before it."""
+        if stamp not in self._states:
+            return None
+        while True:
+            found, values = self._states.popitem(last=False)
+            if found == stamp:
+                return values
 
     def _end_at_gap(self) -> Iterator[Entry]:
         """Go on from the next keyframe, if it has come already."""
@@ -173,7 +199,7 @@ def _same(first: TickRecord | Keyframe, second: TickRecord | Keyframe) -> bool:
 
 def _without_motion(record: TickRecord) -> TickRecord:
     """Return the record of a tick whose keyframe is known: there is nothing left to be done."""
-    return TickRecord(record.tick, record.stamp, record.clock, record.time)
+    return TickRecord(record.tick, record.stamp, record.clock, record.time, (Change(RESTORED),))
 
 
 def timeline(recorded: RecordedCloth) -> Iterator[Entry]:

@@ -8,6 +8,7 @@ import pytest
 from builders import PRECISIONS, examples, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
+from mcap.writer import Writer as McapWriter
 from recordings import BEGIN, record
 
 from cloth_ros.recording import run
@@ -136,6 +137,75 @@ def test_what_the_recorder_has_lost_is_seen_and_the_rest_repeated(
     assert outcome.result['states'] == len(states)
     pauses = sum(later - tick > 1 for tick, later in itertools.pairwise(expected))
     assert len(outcome.result['gaps']) >= pauses
+
+
+def test_a_node_that_is_started_again_is_a_gap(complete, tmp_path):
+    """Also with stamps that begin again, as those of simulated time."""
+    for name, first, second in (('shorter', 40, 30), ('longer', 30, 40)):
+        both = OutputBag(tmp_path / name, '/cloth', 'world')
+        for run_ticks, offset in ((first, 0), (second, 10**12)):
+            for message in Bag(complete).messages():
+                if round((message.received - BEGIN) * 60e-9) <= run_ticks:
+                    both.copy(message._replace(received=message.received + offset))
+        both.close()
+        outcome = repeat(tmp_path / name)
+        assert outcome.identical, outcome.lines
+        assert outcome.result['ticks'] == first + second - 2
+        assert len(outcome.result['gaps']) == 1
+        assert 'the node was started again' in outcome.result['gaps'][0]
+
+
+def test_messages_that_are_not_in_the_order_of_time_are_read(complete, tmp_path):
+    """As a recorder without chunks and index may write them."""
+    path = tmp_path / 'bag.mcap'
+    with path.open('wb') as file:
+        writer = McapWriter(file, use_chunking=False)
+        writer.start('ros2')
+        channels = {}
+        for number, message in enumerate(Bag(complete).messages()):
+            if message.topic not in channels:
+                schema = writer.register_schema(message.type, 'ros2msg', b'')
+                channels[message.topic] = writer.register_channel(message.topic, 'cdr', schema)
+            late = message.received - (50_000_000 if number % 7 == 3 else 0)
+            writer.add_message(channels[message.topic], late, message.data, late)
+        writer.finish()
+    outcome = repeat(path)
+    assert outcome.identical, outcome.lines
+    assert outcome.result['ticks'] == 39
+
+
+def test_files_of_a_bag_are_read_in_their_order(complete, tmp_path):
+    """Of a recorder that was killed: bag_10 comes after bag_9."""
+    messages = list(Bag(complete).messages())
+    for part in range(12):
+        folder = tmp_path / f'part {part}'
+        each = OutputBag(folder, '/cloth', 'world')
+        size = -(-len(messages) // 12)
+        for message in messages[part * size : (part + 1) * size]:
+            each.copy(message)
+        each.close()
+        (file,) = folder.glob('*.mcap')
+        (tmp_path / 'bag').mkdir(exist_ok=True)
+        file.rename(tmp_path / 'bag' / f'bag_{part}.mcap')
+    outcome = repeat(tmp_path / 'bag')
+    assert outcome.identical, outcome.lines
+    assert outcome.result['ticks'] == 39
+
+
+def test_a_damaged_keyframe_is_said_and_the_next_one_used(complete, tmp_path):
+    damaged = OutputBag(tmp_path / 'bag', '/cloth', 'world')
+    for message in Bag(complete).messages():
+        tick = round((message.received - BEGIN) * 60e-9)
+        if message.topic == '/cloth/keyframes' and tick == 1:
+            data = bytearray(message.data)
+            data[len(data) // 2] ^= 1
+            message = message._replace(data=bytes(data))
+        damaged.copy(message)
+    damaged.close()
+    outcome = repeat(tmp_path / 'bag')
+    assert outcome.identical
+    assert outcome.result['ticks'] == 40 - 9
+    assert 'a keyframe on /cloth/keyframes is damaged' in outcome.lines[-1]
 
 
 @pytest.fixture(scope='module')

@@ -86,6 +86,21 @@ def test_with_the_same_scene_there_is_no_error_on_any_grid(bag, tmp_path):
     assert {(cloud.height, cloud.width) for cloud in states(tmp_path / 'fine/bag')} == {(15, 17)}
 
 
+def test_a_loaded_state_is_in_the_new_bag(tmp_path):
+    def act(live, tick):
+        live.set_wind((0.0, 0.3 * tick, 0.0))
+        if tick == 10:
+            act.saved = live.snapshot()
+        if tick == 20:
+            assert live.restore(act.saved)
+
+    path = record(tmp_path / 'bag', SCENE, 30, act)
+    assert main([str(path), '--substeps', '40', '--out', str(tmp_path / 'new')]) == 0
+    again = run.repeat(tmp_path / 'new/bag', None, lambda *_: None)
+    assert again.identical, again.lines
+    assert again.result['states'] == 29
+
+
 def test_results_that_exist_are_kept(bag, tmp_path, capsys):
     arguments = [str(bag), '--substeps', '30', '--out', str(tmp_path)]
     assert main(arguments) == 0

@@ -39,31 +39,34 @@ class RecordingOutput:
         self._subscribers = (0, 0)
         self._published = (-1, 0)
         self._next = 0
+        self._record = TickRecord(0, 0, 0, 0.0)  # of the last tick
         self.topics = (self._ticks.topic, self._keyframes.topic, self._scenes.topic)
 
     def publish(self, now: float, stamp: int) -> None:
         """Publish what the tick at `now`, s, has done, unless its state was published before."""
         self._publish_scene()
-        state = (self._live.revision, stamp)
-        if state == self._published:
-            return
-        self._published = state
-        record = self._live.record.take(stamp, round(1e9 * now), self._live.time)
         subscribers, former = self._subscribers_now(), self._subscribers
         self._subscribers = subscribers
-        if not any(subscribers):
-            return
-        self._ticks.publish(String(data=record.encode()))
         appeared = any(new > old for new, old in zip(subscribers, former, strict=True))
-        restored = any(change.kind == RESTORED for change in record.changes)
-        if appeared or restored or record.tick >= self._next:
+        state, restored = (self._live.revision, stamp), False
+        # Of a paused cloth only what was changed.
+        if state != self._published or self._live.record.changed:
+            self._published = state
+            record = self._record = self._live.record.take(
+                stamp, round(1e9 * now), self._live.time
+            )
+            restored = any(change.kind == RESTORED for change in record.changes)
+            if any(subscribers):
+                self._ticks.publish(String(data=record.encode()))
+        if any(subscribers) and (appeared or restored or self._record.tick >= self._next):
             # A subscriber that knows of the publisher later than that of it may miss the first.
-            self._publish_keyframe(record, _AGAIN if appeared else KEYFRAME_INTERVAL)
+            self._publish_keyframe(_AGAIN if appeared else KEYFRAME_INTERVAL)
 
     def _subscribers_now(self) -> tuple[int, int]:
         return self._ticks.subscribers, self._keyframes.subscribers
 
-    def _publish_keyframe(self, record: TickRecord, interval: float) -> None:
+    def _publish_keyframe(self, interval: float) -> None:
+        record = self._record
         self._next = record.tick + round(interval * self._live.scene.rate)
         if self._keyframes.wanted:
             data = self._live.keyframe(record.tick, record.stamp).encode()
