@@ -123,9 +123,13 @@ def on_cluster(
             client.submit(simulate, scene, times, key=f'cloth-{os.getpid()}-{number}'): number
             for number, scene in enumerate(scenes)
         }
-        for future, result in as_completed(numbers, with_results=True):
-            yield numbers.pop(future), result
-            future.release()
+        try:
+            for future, result in as_completed(numbers, with_results=True):
+                yield numbers.pop(future), result
+                future.release()
+        except KeyboardInterrupt:
+            logging.disable()  # Dask logs each of its requests that the end cuts off
+            raise
 
 
 def in_this_process(scenes: list[Scene], times: np.ndarray) -> Iterator[tuple[int, Result]]:
@@ -191,7 +195,7 @@ def main() -> int:
                     file[name][number] = value
                 file['done'][number] = True
         except KeyboardInterrupt:
-            logging.disable()  # Dask logs each of its requests that the end cuts off
+            logging.disable()  # as above
             runs.close()
             done = int(file['done'][:].sum())
             print(f'\nstopped: {done} of {len(scenes)} runs are in {options.out}', file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -63,6 +64,11 @@ def on_dask(
             client.submit(process, path, node, settings, folder / path.name, pure=False): path
             for path in paths
         }
-        for future, outcome in as_completed(tasks, with_results=True):
-            yield tasks.pop(future), outcome
-            future.release()
+        try:
+            for future, outcome in as_completed(tasks, with_results=True):
+                yield tasks.pop(future), outcome
+                future.release()
+        except BaseException:
+            if stop.requested:
+                logging.disable()  # Dask logs each of its requests that the end cuts off
+            raise

@@ -114,7 +114,7 @@ def test_ten_seconds_of_each_scene_are_repeated_to_the_bit(
 ):
     session(start_cloth, probe, record, scene, tmp_path / 'bag', 600)
     result = check(tmp_path / 'bag')
-    assert result['states'] > 500
+    assert result['states'] > 300
     outcome = run.check_estimates(tmp_path / 'bag', None, Settings(), progress)
     ratio = outcome.result['estimate by error found, median']
     if ratio is not None:  # a slow machine may have had no time for an estimate
