@@ -16,7 +16,6 @@ from std_srvs.srv import SetBool, Trigger
 from cloth_ros import Scene
 from cloth_ros.recording import run
 from cloth_ros.recording.bag import Bag, deserialise
-from cloth_ros.recording.resimulation import Settings
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 RECORD = (sys.executable, str(ROOT / 'examples/record.py'))
@@ -115,7 +114,3 @@ def test_ten_seconds_of_each_scene_are_repeated_to_the_bit(
     session(start_cloth, probe, record, scene, tmp_path / 'bag', 600)
     result = check(tmp_path / 'bag')
     assert result['states'] > 300
-    outcome = run.check_estimates(tmp_path / 'bag', None, Settings(), progress)
-    ratio = outcome.result['estimate by error found, median']
-    if ratio is not None:  # a slow machine may have had no time for an estimate
-        assert 1 / 3 < ratio < 3, outcome.lines

@@ -11,11 +11,15 @@ import numpy as np
 import pytest
 from builders import ROOT, scene_of
 from recordings import record
+from rosbags.typesys import Stores, get_typestore
 
 from cloth_ros import Cloth
+from cloth_ros.live.tick_record import decode_record
 from cloth_ros.recording import run
-from cloth_ros.recording.bag import Bag, deserialise
+from cloth_ros.recording.bag import Bag, Message, deserialise
 from cloth_ros.recording.main import main
+from cloth_ros.recording.output_bag import OutputBag
+from cloth_ros.recording.resimulation import Settings
 
 SCENE = scene_of(sheet__rows=8, sheet__columns=9, wind__velocity=(0.0, 3.0, 0.0))
 FINE = {'solver.substeps': 60, 'solver.precision': 'double'}
@@ -84,6 +88,56 @@ def test_with_the_same_scene_there_is_no_error_on_any_grid(bag, tmp_path):
     errors = [row[2] for row in rows(tmp_path / 'fine')]
     assert 1e-4 < max(errors) < 0.1
     assert {(cloud.height, cloud.width) for cloud in states(tmp_path / 'fine/bag')} == {(15, 17)}
+
+
+def diagnostics(time, age, window, error):
+    """Return a message of the node, in which numbers have six digits."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    values = {
+        'simulated time [s]': time,
+        'error estimate [m]': error,
+        'error estimate, window [s]': window,
+        'error estimate, age [s]': age,
+    }
+    make_value = types.types['diagnostic_msgs/msg/KeyValue']
+    status = types.types['diagnostic_msgs/msg/DiagnosticStatus'](
+        level=0,
+        name='/cloth: simulation',
+        message='',
+        hardware_id='',
+        values=[make_value(key=key, value=f'{value:.6g}') for key, value in values.items()],
+    )
+    stamp = types.types['builtin_interfaces/msg/Time'](sec=0, nanosec=0)
+    header = types.types['std_msgs/msg/Header'](stamp=stamp, frame_id='')
+    kind = 'diagnostic_msgs/msg/DiagnosticArray'
+    message = types.types[kind](header=header, status=[status])
+    return kind, bytes(types.serialize_cdr(message, kind))
+
+
+def test_estimates_are_compared_with_the_error_in_their_windows(bag, tmp_path):
+    """Of the ticks 11 to 20, published after the tick 30; that of the first ticks is not known."""
+    part = OutputBag(tmp_path / 'bag', '/cloth', 'world')
+    for message in Bag(bag).messages():
+        part.copy(message)
+        if message.topic == '/cloth/ticks' and decode_record(deserialise(message).data).tick == 30:
+            for last, error in ((20, 1e-5), (5, 1.0)):
+                kind, data = diagnostics(30 * PERIOD, (30 - last) * PERIOD, 10 * PERIOD, error)
+                part.copy(Message('/diagnostics', kind, message.received, data))
+    part.close()
+    settings = Settings(FINE)
+    (found,) = run.check_estimates(tmp_path / 'bag', None, settings, lambda *_: None).result[
+        'estimates'
+    ]
+    coarse, fine = Cloth(SCENE), Cloth(SCENE.with_parameters(FINE))
+    for tick in range(1, 21):
+        for cloth in (coarse,) if tick <= 10 else (coarse, fine):
+            cloth.wind = (0.0, 3.0 + 0.05 * tick, 0.0)
+            cloth.advance(PERIOD)
+        if tick == 10:
+            fine.restore(coarse.snapshot())
+    error = np.linalg.norm(fine.positions - coarse.positions, axis=-1).max()
+    assert found['found'] == pytest.approx(error, rel=1e-9)
+    assert found['largest'] == 1e-5
 
 
 def test_a_loaded_state_is_in_the_new_bag(tmp_path):
