@@ -32,8 +32,8 @@ from std_msgs.msg import String, UInt8MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from cloth_ros import Scene
+from cloth_ros.live.keyframe import INTERVAL
 from cloth_ros.live.tick_record import TickRecord, decode_record
-from cloth_ros.node.outputs.recording import KEYFRAME_INTERVAL
 from cloth_ros.tradeoff.formatting import table
 from cloth_ros.tradeoff.machine import describe
 from tools.marked_block import fill
@@ -189,7 +189,7 @@ def rows_of(size: int, storage: str, found: Recording) -> tuple[list[str], list[
         for name in ('ticks', 'particles', 'markers')
     ]
     scene = Scene()
-    rates = {'particles': scene.rate, 'ticks': scene.rate, 'keyframes': 1 / KEYFRAME_INTERVAL}
+    rates = {'particles': scene.rate, 'ticks': scene.rate, 'keyframes': 1 / INTERVAL}
     minute = {name: 60 * rate * found.overhead * found.sizes[name] for name, rate in rates.items()}
     markers = 60 * scene.markers.rate * found.overhead * found.sizes['markers']
     needed = sum(minute.values())

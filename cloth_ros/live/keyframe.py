@@ -13,6 +13,8 @@ from ..model.snapshot_file import encode as encode_snapshot
 from ..scene import Scene
 from .tick_record import FORMAT
 
+INTERVAL = 10.0  # s of ticks, from one keyframe to the next
+
 
 class Keyframe(msgspec.Struct, frozen=True):
     """

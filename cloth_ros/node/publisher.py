@@ -95,10 +95,8 @@ class TolerantPublisher:
         """Send a message; warn if DDS has no room or time for it."""
         try:
             publish_bytes(self._publisher, self._waiting.popleft())
-        except IndexError:  # several were dropped for one larger message
-            pass
-        except InvalidHandle:  # the topic was removed
-            pass
+        except (IndexError, InvalidHandle):
+            pass  # several were dropped for one larger message, or the topic was removed
         except rclpy_implementation.RCLError as error:
             self._unsent[self.topic] += 1
             self._log.warning(f'a message on {self._name} was not sent: {error}', **THROTTLE)

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mcap.reader import NonSeekingReader
-from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
+
+from ..scene.parameter import one_line
 
 _METADATA = 'metadata.yaml'
 _STORAGES = ('.mcap', '.db3')
@@ -39,9 +40,13 @@ class Message(NamedTuple):
     data: bytes
 
 
-def one_line(error: BaseException) -> str:
-    """Return why something failed, in one line."""
-    return ' '.join(str(error).split()) or type(error).__name__
+# Names and types of messages, as ROS has them.
+TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
+
+
+def _reason(error: BaseException) -> str:
+    """Return why something failed, in one line; some errors of the libraries have no text."""
+    return one_line(str(error)) or type(error).__name__
 
 
 def _files(folder: Path) -> list[Path]:
@@ -53,6 +58,11 @@ def _files(folder: Path) -> list[Path]:
 
     files = [file for file in folder.iterdir() if file.suffix in _STORAGES]
     return sorted(files, key=order)
+
+
+def is_bag(folder: Path) -> bool:
+    """Return whether a folder is a bag, complete or not."""
+    return (folder / _METADATA).exists() or bool(_files(folder))
 
 
 class Bag:
@@ -86,6 +96,7 @@ class Bag:
         self._parts = [part for found in self._find_parts() for part in self._readable(found)]
         if not self._parts:
             raise ValueError(f'{path} cannot be read: {"; ".join(self.defects)}')
+        self._defects_of_index = self._defects.copy()
 
     @property
     def defects(self) -> list[str]:
@@ -131,12 +142,12 @@ class Bag:
                     self.count[each.topic] += each.msgcount
         except Exception as error:  # the libraries raise many for damaged files
             if part.is_dir():  # its index is damaged, or one of its files
-                self.note(f'{part.name}: {one_line(error)}')
+                self.note(f'{part.name}: {_reason(error)}')
                 return [file for each in _files(part) for file in self._readable(each)]
             if part.suffix == '.mcap' and self._scan_topics(part):
                 self.count.clear()
                 return [part]
-            self.note(f'{part.name}: {one_line(error)}')
+            self.note(f'{part.name}: {_reason(error)}')
             return []
         return [part]
 
@@ -152,7 +163,12 @@ class Bag:
         return bool(self.topics)
 
     def messages(self) -> Iterator[Message]:
-        """Yield all messages in the order of their reception; what cannot be read is left out."""
+        """
+        Yield all messages in the order of their reception; what cannot be read is left out.
+
+        Read again, they have the defects of the last time only.
+        """
+        self._defects = self._defects_of_index.copy()
         for part in self._parts:
             last = None
             try:
@@ -160,7 +176,7 @@ class Bag:
                     yield last
             except Exception as error:
                 until = f'after the message at {last.received} ns' if last else 'at once'
-                self.note(f'{part.name} ends {until}: {one_line(error)}')
+                self.note(f'{part.name} ends {until}: {_reason(error)}')
 
     @staticmethod
     def _part(part: Path) -> Iterator[Message]:
@@ -171,11 +187,7 @@ class Bag:
             return
         with Reader(part) as reader:
             for connection, received, data in reader.messages():
-                yield _message(connection, received, data)
-
-
-def _message(connection: Connection, received: int, data: bytes) -> Message:
-    return Message(connection.topic, connection.msgtype, received, data)
+                yield Message(connection.topic, connection.msgtype, received, data)
 
 
 def _stream(part: Path) -> Iterator[Message]:
@@ -187,12 +199,9 @@ def _stream(part: Path) -> Iterator[Message]:
             yield Message(channel.topic, name, message.log_time, message.data)
 
 
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
-
-
 def deserialise(message: Message) -> Any:
     """Return a message as an object; raises ValueError if its bytes are not one."""
     try:
-        return _TYPES.deserialize_cdr(message.data, message.type)
+        return TYPESTORE.deserialize_cdr(message.data, message.type)
     except Exception as error:
-        raise ValueError(f'a message on {message.topic} is damaged: {one_line(error)}') from None
+        raise ValueError(f'a message on {message.topic} is damaged: {_reason(error)}') from None

@@ -14,7 +14,7 @@ from ..interrupt import StopSignal
 from ..scene.parameter_file import read_value
 from .command import Parser, ProgressBar, run_command
 
-_METHODS = ('single', 'double', 'auto')
+_PRECISIONS = ('single', 'double', 'auto')
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -31,7 +31,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument('--cloth', metavar='NODE', help='full name of the node, such as /cloth')
     new = parser.add_argument_group('simulate again with')
     new.add_argument('--substeps', type=int, metavar='N', help='substeps a tick')
-    new.add_argument('--precision', choices=_METHODS, help='of the numbers')
+    new.add_argument('--precision', choices=_PRECISIONS, help='of the numbers')
     new.add_argument('--tolerance', type=float, metavar='M', help='position error aimed for [m]')
     new.add_argument(
         '--grid', type=float, metavar='FACTOR', help='so many times as fine a grid: 2, 0.5, …'
@@ -74,17 +74,13 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     return changes
 
 
-def _is_bag(path: Path) -> bool:
-    return (path / 'metadata.yaml').exists() or any(
-        file.suffix in ('.mcap', '.db3') for file in path.iterdir()
-    )
-
-
 def _bags(path: Path) -> list[Path]:
     """Return the bags in a folder of bags; empty if the path is a bag itself."""
-    if not path.is_dir() or _is_bag(path):
+    from .bag import is_bag
+
+    if not path.is_dir() or is_bag(path):
         return []
-    return sorted(each for each in path.iterdir() if each.is_dir() and _is_bag(each))
+    return sorted(each for each in path.iterdir() if each.is_dir() and is_bag(each))
 
 
 def _run(options: argparse.Namespace, stop: StopSignal) -> int:

@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
 from ..live.keyframe import Keyframe
 from ..live.tick_record import TickRecord, scene_text
 from ..scene import Scene
-from .bag import Message
+from .bag import TYPESTORE, Message
 from .recorded_cloth import TYPES
 
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
 _FLOAT32 = 7  # of sensor_msgs/PointField
 _STATE = ('x', 'y', 'z', 'vx', 'vy', 'vz')
 _ERROR = ('x', 'y', 'z', 'error')
@@ -67,7 +65,7 @@ class OutputBag:
         if message.topic not in self._connections:
             try:
                 self._connections[message.topic] = self._writer.add_connection(
-                    message.topic, message.type, typestore=_TYPES
+                    message.topic, message.type, typestore=TYPESTORE
                 )
             except Exception:  # a message of somebody else's package
                 self._connections[message.topic] = None
@@ -76,23 +74,23 @@ class OutputBag:
             self._writer.write(connection, message.received, message.data)
 
     def _write(self, name: str, kind: str, stamp: int, message: object) -> None:
-        data = bytes(_TYPES.serialize_cdr(message, kind))
+        data = bytes(TYPESTORE.serialize_cdr(message, kind))
         received = self._received() if self._received else stamp
         self.copy(Message(f'{self._node}/{name}', kind, received, data))
 
     def write_record(self, record: TickRecord) -> None:
         """Write the record of a tick."""
-        text = _TYPES.types[TYPES['ticks']](data=record.encode())
+        text = TYPESTORE.types[TYPES['ticks']](data=record.encode())
         self._write('ticks', TYPES['ticks'], record.stamp, text)
 
     def write_scene(self, scene: Scene, stamp: int) -> None:
         """Write the scene as it runs from a time in ns on."""
-        text = _TYPES.types[TYPES['scene']](data=scene_text(scene))
+        text = TYPESTORE.types[TYPES['scene']](data=scene_text(scene))
         self._write('scene', TYPES['scene'], stamp, text)
 
     def write_keyframe(self, keyframe: Keyframe) -> None:
         """Write a keyframe."""
-        kind, types = TYPES['keyframes'], _TYPES.types
+        kind, types = TYPES['keyframes'], TYPESTORE.types
         layout = types['std_msgs/msg/MultiArrayLayout'](dim=[], data_offset=0)
         data = np.frombuffer(keyframe.encode(), np.uint8)
         self._write('keyframes', kind, keyframe.stamp, types[kind](layout=layout, data=data))
@@ -107,7 +105,7 @@ class OutputBag:
         self._write('error', TYPES['particles'], stamp, self._cloud(stamp, values, _ERROR))
 
     def _cloud(self, stamp: int, values: NDArray[np.float32], names: tuple[str, ...]) -> Any:
-        types = _TYPES.types
+        types = TYPESTORE.types
         rows, columns, size = values.shape
         seconds, nanoseconds = divmod(stamp, 10**9)
         time = types['builtin_interfaces/msg/Time'](sec=seconds, nanosec=nanoseconds)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +16,6 @@ from ..model.inputs import Inputs
 from ..model.resample import interpolate
 from ..model.snapshot_file import encode
 from ..scene import Scene
-
-
-class RepeatingCloth(Protocol):
-    """A cloth that repeats recorded ticks."""
-
-    def start(self, keyframe: Keyframe) -> None:
-        """Go on from a keyframe; raises ValueError if that is damaged."""
-
-    def repeat(self, record: TickRecord) -> None:
-        """Repeat a tick."""
 
 
 class RepeatedCloth:

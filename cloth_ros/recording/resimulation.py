@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..live.keyframe import INTERVAL
 from ..live.tick_record import CONFIGURED
 from ..model import check_scene
 from ..model.resample import resample_scene
@@ -20,8 +21,6 @@ from .output_bag import OutputBag
 from .recorded_cloth import RecordedCloth
 from .repeated_cloth import OtherCloth
 from .timeline import Entry, Gap, Start, Step
-
-_KEYFRAME = 10.0  # s of ticks, from one keyframe of the new bag to the next
 
 
 @dataclass(frozen=True)
@@ -156,7 +155,7 @@ class Resimulation:
 
     def _write_keyframe(self, bag: OutputBag, tick: int, stamp: int) -> None:
         bag.write_keyframe(self._other.keyframe(tick, stamp))
-        self._next_keyframe = tick + round(_KEYFRAME * self.scene.rate)
+        self._next_keyframe = tick + round(INTERVAL * self.scene.rate)
 
     def close(self) -> None:
         """Complete the files."""

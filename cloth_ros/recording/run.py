@@ -137,10 +137,10 @@ def check_estimates(
     See `resimulate` for the parameters and errors; without changed parameters, the finer run has
     double precision and a hundredth of the tolerance.
     """
-    recorded = RecordedCloth(Bag(path), node)
-    check = EstimateCheck(find_windows(recorded), settings)
     bag = Bag(path)
-    _run(bag, RecordedCloth(bag, node), check, progress)
+    recorded = RecordedCloth(bag, node)
+    check = EstimateCheck(find_windows(recorded), settings)
+    _run(bag, recorded, check, progress)
     result = {
         'bag': str(path),
         'estimates': [{**each.estimate._asdict(), 'found': each.found} for each in check.checked],

@@ -14,6 +14,7 @@ import array
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String, UInt8MultiArray
 
+from ...live import keyframe
 from ...live.tick_record import RESTORED, TickRecord, scene_text
 from ...scene import Scene
 from ..context import Context
@@ -21,8 +22,7 @@ from ..publisher import TolerantPublisher
 
 # Records are small, and each that a recorder loses is a gap: the queue is deep.
 _DEPTH = 1000
-# From one keyframe to the next, and from that for a new subscriber to the next, s of ticks.
-KEYFRAME_INTERVAL, _AGAIN = 10.0, 1.0
+_AGAIN = 1.0  # s of ticks, from the keyframe for a new subscriber to the next
 
 
 class RecordingOutput:
@@ -60,7 +60,7 @@ class RecordingOutput:
                 self._ticks.publish(String(data=record.encode()))
         if any(subscribers) and (appeared or restored or self._record.tick >= self._next):
             # A subscriber that knows of the publisher later than that of it may miss the first.
-            self._publish_keyframe(_AGAIN if appeared else KEYFRAME_INTERVAL)
+            self._publish_keyframe(_AGAIN if appeared else keyframe.INTERVAL)
 
     def _subscribers_now(self) -> tuple[int, int]:
         return self._ticks.subscribers, self._keyframes.subscribers

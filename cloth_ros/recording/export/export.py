@@ -66,7 +66,7 @@ def export(
             writer.close()
     if writer is None:
         span = f'from {start:g} s on' if math.isinf(end) else f'between {start:g} and {end:g} s'
-        defects = ''.join(f'; {defect}' for defect in dict.fromkeys(bag.defects))
+        defects = ''.join(f'; {defect}' for defect in bag.defects)
         raise ValueError(
             f'{path} has no state of {history.node} {span} after the first one; give another '
             f'--start{defects}'
@@ -76,5 +76,5 @@ def export(
     return [
         f'{count} frames of {rows} × {columns} particles, {last:.3f} s',
         *left_out,
-        *dict.fromkeys(bag.defects),  # those at the begin were found twice
+        *bag.defects,
     ]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pxr import Gf, Sdf, Tf, Usd, UsdGeom, Vt
 
-from ..bag import one_line
+from ...scene.parameter import one_line
 from .mesh_writer import Frame, Sheet
 
 _SAVE = 32 << 20  # bytes of points, after which the file is saved
@@ -80,7 +80,7 @@ class Writer:
         try:
             self._stage.Save()
         except Tf.ErrorException as error:
-            raise OSError(f'{self._binary} cannot be written: {one_line(error)}') from None
+            raise OSError(f'{self._binary} cannot be written: {one_line(str(error))}') from None
         self._unsaved = 0
 
     def close(self) -> None:
