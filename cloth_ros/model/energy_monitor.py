@@ -7,7 +7,8 @@ with a budget: the energy before, and the work of air and colliders since.  Drag
 air, where it slows down, only take from it.  A batch that ends above the budget, or with a number
 that is not finite, is rolled back and repeated by `Simulation`:
 
-1. refined, with substeps divided by 4, then by 16, which remain for a while;
+1. refined, with substeps that are stable in every state if they were longer, then divided by 4,
+   and by 16, which remain for a while;
 2. if there is still too much, the velocities are scaled down to the budget;
 3. if that is not possible, damped, with the integrator whose energy cannot grow;
 4. and if even that is not finite, the cloth is held for the batch, and continues from rest.
@@ -220,9 +221,9 @@ class EnergyMonitor:
         assert self._energy is not None
         return max(self._energy.motion, end.motion) + abs(work) + self._fall
 
-    def refine(self, division: int) -> None:
-        """Divide substeps until enough batches have been accepted."""
-        self.division = division
+    def refine(self) -> None:
+        """Divide substeps further until enough batches have been accepted."""
+        self.division = DIVISIONS[DIVISIONS.index(self.division) + 1]
         self._accepted, self._patience = 0, min(2 * self._patience, _MAX_PATIENCE)
 
     def rescale_velocities(self, state: State, work: float) -> bool:

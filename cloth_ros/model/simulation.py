@@ -23,7 +23,7 @@ from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, Ro
 from .forces.gusts import Gusts
 from .grid import Grid, flat_sheet
 from .inputs import Inputs, Vector
-from .integrators import Integrator
+from .integrators import Integrator, PositionVerlet, StaggeredVerlet
 from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
@@ -42,6 +42,8 @@ _TIMED = CHECK_INTERVAL
 # Relative difference of two substep lengths that are made equal: times are rounded, and each
 # other length would need tables of its own.
 _EQUAL = 1e-8
+# Ticks in an advance above which it is cut into ticks, to adapt the length of substeps.
+_LONG = 1.5
 
 # Of the snapshot at the start of a batch: the inputs of the advance in progress stay in force.
 _NO_INPUTS = Inputs()
@@ -115,8 +117,9 @@ class Simulation:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
-        self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
         self._integrator: type[Integrator] = integrator_for(scene)
+        self._shapes['split'] = self._integrator is StaggeredVerlet
+        self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
         self._batch_start: Snapshot | None = None
@@ -146,6 +149,7 @@ class Simulation:
             contact=self._contact_snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
+            steps=self.step_control.account(),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -165,6 +169,7 @@ class Simulation:
         self.state.velocity *= self.state.free
         if self._monitor is not None:
             self._monitor.restore(snapshot.account if exact and not resample else None)
+        self.step_control.restore(None if resample else snapshot.steps)
 
     def _restore_motion(self, snapshot: Snapshot, *, exact: bool = True) -> None:
         """Return to the motion of a snapshot, without its energy account."""
@@ -187,6 +192,7 @@ class Simulation:
         """Continue from a state whose velocities, and if `moved` positions, were assigned."""
         if self._monitor is not None:
             self._monitor.reset()
+        self.step_control.restore(None)
         self._take_work()
         if self.contact is not None:
             if moved:
@@ -211,11 +217,14 @@ class Simulation:
             self.contact.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
         end = self.time + seconds
+        tick = 1 / self.scene.rate
         while self.time < end:
             begin, change = self.time, end
+            if end - begin > _LONG * tick:
+                change = begin + tick
             self._air_velocity = inputs.wind
             if self._gusts is not None:
-                change = min(end, self._gusts.next_change(begin))
+                change = min(change, self._gusts.next_change(begin))
                 gust = self._gusts.velocity(0.5 * (begin + change))
                 x, y, z = (np.array(inputs.wind) + gust).tolist()
                 self._air_velocity = (x, y, z)
@@ -227,6 +236,8 @@ class Simulation:
             for first in range(0, count, BATCH):
                 yield from self._batch(min(BATCH, count - first), h)
             self.time = change
+            near = self.contact is not None and self.contact.in_reach(self.state, change, tick)
+            self.step_control.adapt(self.state, change, contact=near)
         if self.contact is not None:
             self.contact.end_advance(self.state)
 
@@ -238,18 +249,18 @@ class Simulation:
             return
         monitor.begin_batch(self.state)
         self._save_batch_start()
-        for division in DIVISIONS:
-            if division < monitor.division:
-                continue
-            if division > monitor.division:
-                self._roll_back()
-                monitor.refine(division)
-                self.rollbacks.refined += 1
-            yield from self._run(self._kick_drift, steps, count, h, division)
+        while True:
+            yield from self._run(self._kick_drift, steps, count, h, monitor.division)
             touched = self.contact is not None and self.contact.touched
             work = self._take_work()
             if self._accept(monitor, work, touched=touched):
                 return
+            if not self.step_control.shorten(self.time):
+                if monitor.division == DIVISIONS[-1]:
+                    break
+                monitor.refine()
+            self._roll_back()
+            self.rollbacks.refined += 1
         if monitor.rescale_velocities(self.state, work):
             self.rollbacks.limited += 1
             if self._accept(monitor, work):
@@ -315,19 +326,36 @@ class Simulation:
         control = self.step_control
         airspeed = math.hypot(*self._air_velocity)
         try:
-            for first in range(0, count, control.check_interval):
+            while count:
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = min(control.check_interval, count - first)
-                for batch in control.batches(self.state, part, h, division, airspeed):
+                part, made = count, steps
+                if self.contact is not None:
+                    part, made = self._with_contact(steps, count, h)
+                contact = made is not steps
+                for batch in control.batches(
+                    self.state, part, h, division, airspeed, contact=contact
+                ):
                     self.substeps += batch.substeps
-                    self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
+                    self._apply(kick_drift, made(batch), batch.substeps * batch.h)
                     yield
+                count -= part
         except BaseException:  # an interrupt, or the caller closes this iteration within a batch
             if self._monitor is not None and self._batch_start is not None:
                 self._roll_back()
             raise
+
+    def _with_contact(self, steps: Steps, count: int, h: float) -> tuple[int, Steps]:
+        """Return how many of `count` substeps to make at once beside colliders, and which steps."""
+        contact, control = self.contact, self.step_control
+        assert contact is not None
+        if control.lengthened:
+            if not contact.in_reach(self.state, self.time, count * h):
+                return count, steps
+        # In reach of contact, the length of substeps and their kind do not change.
+        together = PositionVerlet.steps if steps is StaggeredVerlet.steps else steps
+        return min(control.check_interval, count), together
 
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
         """Make kicks and drifts that last for `seconds`, with contact where that is possible."""

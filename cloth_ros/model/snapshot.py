@@ -12,6 +12,7 @@ from .energy_monitor import EnergyAccount
 from .grid import GHOST, Array, Grid, flat_sheet
 from .inputs import Inputs
 from .resample import interpolate
+from .step_control import StepAccount
 
 # Distance, in spacings, within which a pin counts as still being at its initial position.
 _NEAR = 2.0
@@ -45,6 +46,8 @@ class Snapshot:
         State of the energy monitor; None if it has not measured yet, or there is none.
     inputs
         Commands that hold for the next advance.
+    steps
+        State of the step control; None: it has none.
 
     """
 
@@ -58,6 +61,7 @@ class Snapshot:
     contact: ContactSnapshot | None
     account: EnergyAccount | None
     inputs: Inputs
+    steps: StepAccount | None = None
 
     def of_scene(self, scene: Scene) -> Snapshot:
         """

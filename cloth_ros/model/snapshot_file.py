@@ -30,6 +30,7 @@ from .energy_monitor import DIVISIONS, EnergyAccount
 from .grid import GHOST, Array, Grid
 from .inputs import Inputs, Pose, Vector
 from .snapshot import Snapshot
+from .step_control import StepAccount
 
 # The line ends show whether the file was changed as if it were text.
 _SIGNATURE = b'\x89cloth\r\n'
@@ -63,6 +64,7 @@ class _Content(msgspec.Struct, forbid_unknown_fields=True):
     account: EnergyAccount | None
     wind: Vector
     collider_paths: dict[str, tuple[Pose, ...]]
+    steps: StepAccount | None = None
 
 
 class _ArrayData(msgspec.Struct, array_like=True):
@@ -116,6 +118,7 @@ def encode(snapshot: Snapshot) -> bytes:
         snapshot.account,
         inputs.wind,
         dict(inputs.collider_paths),
+        snapshot.steps,
     )
     data = bytearray()
     _encoder.encode_into(content, data, _BEGIN)
@@ -217,6 +220,9 @@ def _snapshot(content: _Content) -> Snapshot:
     if content.account is not None:
         account = content.account
         _check(account.division in DIVISIONS, 'division', account.division)
+    if content.steps is not None:
+        for value in (content.steps.substep, content.steps.longest, content.steps.patience):
+            _check(value > 0, 'a substep', value)
     return Snapshot(
         scene,
         grid,
@@ -228,6 +234,7 @@ def _snapshot(content: _Content) -> Snapshot:
         content.contact,
         content.account,
         _inputs(content, scene),
+        content.steps,
     )
 
 

@@ -14,6 +14,7 @@ from ..model.integrators import INTEGRATORS
 from ..model.integrators.integrator import SubstepBatch
 from ..model.stability import SAFETY
 from ..model.state import State
+from ..model.step_control import ConstantStep
 from ..model.time_step import CHECK_INTERVAL, stability_limit
 from ..scene import Scene
 
@@ -71,7 +72,7 @@ class Setting:
         return asdict(self)
 
 
-class FixedStepControl:
+class FixedStepControl(ConstantStep):
     """
     Step control of constant substeps, stable or not, however fast the cloth moves.
 
@@ -97,7 +98,14 @@ class FixedStepControl:
         self.substep = 1 / (scene.rate * substeps)
 
     def batches(
-        self, state: State, count: int, h: float, division: int, airspeed: float
+        self,
+        state: State,
+        count: int,
+        h: float,
+        division: int,
+        airspeed: float,
+        *,
+        contact: bool = False,
     ) -> Iterable[SubstepBatch]:
         """Return one batch of `count` substeps of `h` s."""
         return (SubstepBatch(count, h),)

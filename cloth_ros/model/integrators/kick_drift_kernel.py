@@ -32,11 +32,13 @@ from ..kernels.thread_pool import (
 # discards a KeyboardInterrupt that is raised there.
 DRIFT = 0
 KICK_BY_SPRINGS = 1  # acceleration by springs and gravity, kick with drag, and drift
-KICK = 2  # kick by the stored accelerations, with drag and air, and drift
-KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
-ACCELERATE = 4  # by springs, gravity and dashpots
-ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
-RESOLVE = 6  # contact alone, after a drift that has been made
+KICK_BY_STRUCTURAL = 2  # the same by structural springs and gravity
+KICK_BY_OTHERS = 3  # the same by shear and bending springs
+KICK = 4  # kick by the stored accelerations, with drag and air, and drift
+KICK_TO_MIDPOINT = 5  # the same kick, but write the velocities to `midpoint` and do not drift
+ACCELERATE = 6  # by springs, gravity and dashpots
+ACCELERATE_AT_MIDPOINT = 7  # the same, with the velocities of `midpoint` in the dashpots
+RESOLVE = 8  # contact alone, after a drift that has been made
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -68,14 +70,35 @@ def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h)
 @inlined
 def _accelerate(  # type: ignore[no-untyped-def]
     first, last, position, velocity, out, mobility, row, springs, dashpots,
-    structural, shear, bending, damped, double,
+    gravity, structural, shear, bending, damped, double,
 ):  # fmt: skip
     for i in range(first, last):
         x, y, z = spring_acceleration(
             position, velocity, i, row, mobility, springs, dashpots,
-            structural, shear, bending, damped, double,
+            gravity, structural, shear, bending, damped, double,
         )  # fmt: skip
         out[0, i], out[1, i], out[2, i] = x, y, z
+
+
+@inlined
+def _kick_by_springs(  # type: ignore[no-untyped-def]
+    first, last, position, back_buffer, velocity, former, mobility, row, springs, dashpots,
+    decay, gain, h, gravity, structural, shear, bending, double, contact,
+):  # fmt: skip
+    for i in range(first, last):
+        x, y, z = spring_acceleration(
+            position, velocity, i, row, mobility, springs, dashpots,
+            gravity, structural, shear, bending, False, double,
+        )  # fmt: skip
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+        if contact:
+            former[0, i], former[1, i], former[2, i] = u, v, w
+        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
+        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
+        # To the back buffer: neighbours still read the old positions.
+        back_buffer[0, i] = position[0, i] + h * u
+        back_buffer[1, i] = position[1, i] + h * v
+        back_buffer[2, i] = position[2, i] + h * w
 
 
 @inlined
@@ -120,6 +143,7 @@ def compose(
     air: bool,
     separate: bool,
     double: bool,
+    split: bool = False,
     kinds: frozenset[int] = frozenset(),
     several: bool = False,
 ) -> Kernel:
@@ -134,6 +158,8 @@ def compose(
         True to compile the operations that accelerate and kick in separate loops.
     double
         True for double precision.
+    split
+        True if structural springs and the others kick in turn; `ACCELERATE` then means the others.
     kinds
         Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
         With any, `former` receives the velocities before each kick.
@@ -168,31 +194,36 @@ def compose(
                 last = np.uint64(min(begin + (chunk + 1) * size, end))
                 if operation == DRIFT:
                     _drift(first, last, position, back_buffer, velocity, former, h, contact)
-                elif operation == KICK_BY_SPRINGS:
-                    for i in range(first, last):
-                        x, y, z = spring_acceleration(
-                            position, velocity, i, row, mobility, springs, dashpots,
-                            structural, shear, bending, False, double,
-                        )  # fmt: skip
-                        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-                        if contact:
-                            former[0, i], former[1, i], former[2, i] = u, v, w
-                        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
-                        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-                        # To the back buffer: neighbours still read the old positions.
-                        back_buffer[0, i] = position[0, i] + h * u
-                        back_buffer[1, i] = position[1, i] + h * v
-                        back_buffer[2, i] = position[2, i] + h * w
+                elif operation == KICK_BY_SPRINGS and not split:
+                    _kick_by_springs(
+                        first, last, position, back_buffer, velocity, former, mobility, row,
+                        springs, dashpots, decay, gain, h, True, structural, shear, bending,
+                        double, contact,
+                    )  # fmt: skip
+                elif operation == KICK_BY_STRUCTURAL and split:
+                    _kick_by_springs(
+                        first, last, position, back_buffer, velocity, former, mobility, row,
+                        springs, dashpots, decay, gain, h, True, structural, False, False,
+                        double, contact,
+                    )  # fmt: skip
+                elif operation == KICK_BY_OTHERS and split:
+                    _kick_by_springs(
+                        first, last, position, back_buffer, velocity, former, mobility, row,
+                        springs, dashpots, decay, gain, h, False, False, shear, bending,
+                        double, contact,
+                    )  # fmt: skip
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
                             first, last, position, velocity, acceleration, mobility,
-                            row, springs, dashpots, structural, shear, bending, damped, double,
+                            row, springs, dashpots, not split, structural and not split, shear,
+                            bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
                             first, last, position, midpoint, acceleration, mobility,
-                            row, springs, dashpots, structural, shear, bending, damped, double,
+                            row, springs, dashpots, True, structural, shear, bending, damped,
+                            double,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(

@@ -1,0 +1,114 @@
+"""
+Bound of the stiffness of the present state of a sheet, for a step that `stability` cannot promise.
+
+With the displacements u of the particles, the springs of a sheet hold ½ uᵀK u, and no more than
+they would if both ends moved in opposite directions: uᵀK u ≤ 2 Σᵢ uᵢᵀ Sᵢ uᵢ.  Sᵢ is the sum over
+the springs at particle i of their own stiffness
+
+    k (L/r d dᵀ + (1 − L/r) I)   where stretched, r > L;   k d dᵀ   where not,
+
+d the direction of a spring (what is left out there is negative, and lowers the stiffness).  Twice
+the greatest eigenvalue of all Sᵢ/mᵢ therefore bounds that of the stiffness per unit mass.  It is
+bounded in turn by the row sums of the Gram matrix of directions, so that for a group of springs
+
+    λ ≤ 2 maxᵢ (Σⱼ kⱼ (1 − wⱼ) + maxⱼ Σₗ kₗ wₗ |dⱼ·dₗ|)/mᵢ,   w = min(1, L/r).
+
+A spring to a pinned particle counts half, because one end alone moves.  For a flat sheet, this is the exact value for an unbounded sheet.  It differs from
+the bound for every state where springs at a particle are not parallel: by a factor of two for
+structural springs at right angles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..scene import Scene
+from .forces.springs import COINCIDENT, stencil_offset
+from .grid import GHOST_DISTANCE_SQUARED
+from .kernels.jit import inlined, kernel
+from .state import State
+
+# Particles whose bounds are compared in one iteration.
+_LANES = 64
+
+
+@inlined
+def _direction(position, mobility, i, j, rest, factor, ghost, tiny):  # type: ignore[no-untyped-def]
+    """Return the direction of a spring to j, and w and 1 − w times `factor`; zeros for a ghost."""
+    one = position.dtype.type(1)
+    x = position[0, i] - position[0, j]
+    y = position[1, i] - position[1, j]
+    z = position[2, i] - position[2, j]
+    squared = x * x + (y * y + (z * z + tiny))
+    root = one / np.sqrt(squared)
+    along = min(one, rest * root)
+    # Half where the other end is pinned.  Not a branch: that would keep the loop scalar.
+    half = position.dtype.type(0.5)
+    factor = factor * (half + half * min(mobility[0, j], one))
+    if squared > ghost:
+        root = factor = one - one
+    return root * x, root * y, root * z, factor * along, factor * (one - along)
+
+
+@inlined
+def _overlap(a, b):  # type: ignore[no-untyped-def]
+    return abs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@inlined
+def _bound(position, mobility, i, first, second, rest, other_rest, ghost, tiny):  # type: ignore[no-untyped-def]
+    """Return half the bound at particle i, in units of k/m, by its springs of two offsets."""
+    f, g = mobility[0, i], mobility[1, i]
+    a = _direction(position, mobility, i, i + first, rest, f, ghost, tiny)
+    b = _direction(position, mobility, i, i - first, rest, f, ghost, tiny)
+    c = _direction(position, mobility, i, i + second, other_rest, g, ghost, tiny)
+    d = _direction(position, mobility, i, i - second, other_rest, g, ghost, tiny)
+    p, q, r, s = a[3], b[3], c[3], d[3]
+    ab, ac, ad = _overlap(a, b), _overlap(a, c), _overlap(a, d)
+    bc, bd, cd = _overlap(b, c), _overlap(b, d), _overlap(c, d)
+    greatest = max(
+        max(p + q * ab + r * ac + s * ad, p * ab + q + r * bc + s * bd),
+        max(p * ac + q * bc + r + s * cd, p * ad + q * bd + r * cd + s),
+    )
+    return greatest + a[4] + b[4] + c[4] + d[4]
+
+
+@kernel
+def _greatest_bound(position, mobility, begin, end, row, stiffness, rest, other_rest, ghost, tiny):  # type: ignore[no-untyped-def]
+    number = position.dtype.type
+    row = np.uint64(row)
+    greatest = np.zeros(_LANES, position.dtype)
+    for start in range(np.uint64(begin), np.uint64(end), np.uint64(_LANES)):
+        for lane in range(np.uint64(_LANES)):
+            i = start + lane
+            bound = _bound(
+                position, mobility, i, stencil_offset(0, row), stencil_offset(1, row), rest,
+                other_rest, ghost, tiny,
+            )  # fmt: skip
+            greatest[lane] = max(greatest[lane], bound)
+    for lane in range(np.uint64(1), np.uint64(_LANES)):
+        greatest[0] = max(greatest[0], greatest[lane])
+    return number(2) * stiffness * greatest[0]
+
+
+class PresentStiffness:
+    """
+    Bound of the stiffness of structural springs in the present state of a cloth.
+
+    Parameters
+    ----------
+    scene
+        Its springs.
+
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        stiffness = scene.springs.structural / scene.sheet.cell_mass
+        self._numbers = (stiffness, *scene.sheet.spacing, GHOST_DISTANCE_SQUARED, COINCIDENT)
+
+    def bound(self, state: State) -> float:
+        """Return a bound of the stiffness per unit mass, 1/s²; NaN or inf if it is not finite."""
+        grid = state.grid
+        numbers = [state.dtype(number) for number in self._numbers]
+        limits = (grid.begin, grid.end, grid.stride)
+        return float(_greatest_bound(state.position, state.mobility, *limits, *numbers))
