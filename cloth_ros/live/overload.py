@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from ..model.resample import resample_scene
-from ..model.time_step import check_time_step, substep_length
+from ..model.time_step import check_time_step, usual_substep
 from ..scene import Scene
 
 # Shares of real time: above the first the cloth is too slow, a coarser level may take up to the
@@ -55,7 +55,7 @@ class Level(NamedTuple):
 def level_of(scene: Scene, simulated: Scene, spacing: int, text: str) -> Level:
     """Return the level of a scene and of what is simulated for it."""
     sheet = simulated.sheet
-    return Level(scene, spacing, substep_length(simulated), sheet.rows * sheet.columns, text)
+    return Level(scene, spacing, usual_substep(simulated), sheet.rows * sheet.columns, text)
 
 
 class Overload:

@@ -15,8 +15,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from ..model.forces.springs import SPRING_TYPES
+from ..model.integrators import PositionVerlet
 from ..model.stability import largest_eigenvalue, rate_bounds
-from ..model.time_step import check_time_step, integrator_for, stability_limit, substep_length
+from ..model.time_step import check_time_step, stability_limit, usual_substep
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS
 from ..scene.yaml_text import write
@@ -82,19 +83,19 @@ def _eigenvalue(scene: Scene, *types: str, unit: bool = False) -> float:
 
 def cause(scene: Scene) -> str:
     """Return why a scene takes as many substeps as it does, in words."""
-    substep, sheet = substep_length(scene), scene.sheet
+    substep, sheet = usual_substep(scene), scene.sheet
     if scene.solver.substeps:
         return f'solver.substeps is {scene.solver.substeps}'
     if 1 / scene.rate < 1.5 * substep:
         return f'rate is {scene.rate:g} Hz'
     # Below a factor of two, it is the stiffness that leaves the tolerance little to decide.
-    if substep_length(scene.with_parameters({'solver.tolerance': 1.0})) > 2 * substep:
+    if usual_substep(scene.with_parameters({'solver.tolerance': 1.0})) > 2 * substep:
         return f'solver.tolerance is {scene.solver.tolerance:g} m'
     heavy = min(100 * sheet.mass, PARAMETERS['sheet.mass'].high or math.inf)
-    if substep_length(scene.with_parameters({'sheet.mass': heavy})) == substep:
+    if usual_substep(scene.with_parameters({'sheet.mass': heavy})) == substep:
         return 'so small a sheet is simulated in short substeps'
     elastic, viscous = rate_bounds(scene)
-    stable_step = integrator_for(scene).stable_step
+    stable_step = PositionVerlet.stable_step
     if stable_step(0.0, viscous) < stable_step(elastic, 0.0):
         return f'springs.damping is {scene.springs.damping:g} N·s/m at a mass of {sheet.mass:g} kg'
     stiffest = _stiffest(scene)
@@ -149,7 +150,7 @@ class _Search:
         heavy = scene.with_parameters({'sheet.mass': mass})
         limit = stability_limit(heavy)
         elastic, viscous = rate_bounds(scene)
-        stable_step = integrator_for(scene).stable_step
+        stable_step = PositionVerlet.stable_step
         changes: dict[str, Any] = {}
         if stable_step(0.0, viscous) < limit:
             changes['springs.damping'] = _rounded(factor * scene.springs.damping, math.floor)
@@ -254,7 +255,7 @@ def advice(scene: Scene, cost: float) -> str:
         Cost of a substep, s.
 
     """
-    substep = substep_length(scene)
+    substep = usual_substep(scene)
     sheet = scene.sheet
     text = (
         f'{1 / (scene.rate * substep):.0f} substeps a tick, each {1e6 * cost:.2g} µs of processor '

@@ -8,7 +8,7 @@ came late.
 
 from __future__ import annotations
 
-from ..model.time_step import substep_length
+from ..model.time_step import usual_substep
 from ..scene import Scene
 from .overload import OVERLOADED
 from .pacing import PacingReport
@@ -82,7 +82,7 @@ class SlowMotion:
             By which substeps were divided since then, in fast motion or by the energy monitor.
 
         """
-        substep = substep_length(simulated)
+        substep = usual_substep(simulated)
         load, usual_load = report.cost / substep, usual_cost / substep
         # Advice is for the parameters that the user has set.
         scale = _particles(requested) / _particles(simulated)

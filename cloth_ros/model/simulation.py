@@ -32,7 +32,7 @@ from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
 from .step_control import StepControl
-from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
+from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for, is_staggered
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
@@ -118,7 +118,7 @@ class Simulation:
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
         self._integrator: type[Integrator] = integrator_for(scene)
-        self._shapes['split'] = self._integrator is StaggeredVerlet
+        self._shapes['split'] = is_staggered(scene)
         self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
@@ -218,6 +218,8 @@ class Simulation:
         self.substeps = 0
         end = self.time + seconds
         tick = 1 / self.scene.rate
+        if self.step_control.fresh:
+            self._adapt()
         while self.time < end:
             begin, change = self.time, end
             if end - begin > _LONG * tick:
@@ -236,10 +238,15 @@ class Simulation:
             for first in range(0, count, BATCH):
                 yield from self._batch(min(BATCH, count - first), h)
             self.time = change
-            near = self.contact is not None and self.contact.in_reach(self.state, change, tick)
-            self.step_control.adapt(self.state, change, contact=near)
+            self._adapt()
         if self.contact is not None:
             self.contact.end_advance(self.state)
+
+    def _adapt(self) -> None:
+        """Choose the length of the next substeps; in reach of contact, it is the shortest."""
+        contact, tick = self.contact, 1 / self.scene.rate
+        near = contact is not None and contact.in_reach(self.state, self.time, tick)
+        self.step_control.adapt(self.state, self.time, contact=near)
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -388,6 +395,8 @@ class Simulation:
 
     def warm_up(self) -> None:
         """Compile the kernels of motion, without contact."""
+        if self.contact is None:
+            self._adapt()  # as the first advance will
         self._idle(1)
         max_speed(self.state)
         if self._monitor is not None:

@@ -28,7 +28,7 @@ from .time_step import (
     ROUNDING,
     accurate_substep,
     dissipation_interval,
-    integrator_for,
+    is_staggered,
     substep_division,
     substep_length,
     substep_of_travel,
@@ -73,8 +73,10 @@ class StepControl(Protocol):
     ----------
     substep
         Length in slow motion now, s.
+    fresh
+        True if `adapt` has to be called before the first advance.
     lengthened
-        True if that is longer than in contact.
+        True if substeps are longer than in contact.
     division
         Divisor of every substep, for a finer solution.
     check_interval
@@ -83,9 +85,18 @@ class StepControl(Protocol):
     """
 
     substep: float
-    lengthened: bool
     division: int
     check_interval: int
+
+    @property
+    def fresh(self) -> bool:
+        """True if `adapt` has to be called before the first advance."""
+        ...
+
+    @property
+    def lengthened(self) -> bool:
+        """True if substeps are longer than in contact."""
+        ...
 
     def adapt(self, state: State, time: float, *, contact: bool) -> None:
         """
@@ -140,7 +151,7 @@ class StepControl(Protocol):
 class ConstantStep:
     """Base of step controls whose substeps have one length."""
 
-    lengthened = True
+    fresh, lengthened = False, True
 
     def adapt(self, state: State, time: float, *, contact: bool) -> None:
         """Change nothing."""
@@ -191,11 +202,16 @@ class AdaptiveStepControl:
         _, self._viscous = rate_bounds(scene)
         _, self._others = group_bounds(scene)
         self._accurate = accurate_substep(scene)
-        adaptive = integrator_for(scene) is StaggeredVerlet and not scene.solver.substeps
+        adaptive = is_staggered(scene) and not scene.solver.substeps
         self._present: PresentStiffness | None = None
         if adaptive and self._accurate > self._shortest:
             self._present = PresentStiffness(scene)
         self.restore(None)
+
+    @property
+    def fresh(self) -> bool:
+        """True if the length is that of the start."""
+        return self._since == -math.inf
 
     @property
     def lengthened(self) -> bool:
@@ -211,12 +227,13 @@ class AdaptiveStepControl:
     def restore(self, account: StepAccount | None) -> None:
         """Return to a former state; None: to that at the start."""
         if account is None or self._present is None:
-            account = StepAccount(self._shortest, 0.0, math.inf, _PATIENCE)
+            account = StepAccount(self._shortest, -math.inf, math.inf, _PATIENCE)
         self.substep, self._since, self._longest, self._patience = account
 
     def adapt(self, state: State, time: float, *, contact: bool) -> None:
         """Choose the length of the next substeps by the state at `time`, s."""
         if self._present is None:
+            self._since = time
             return
         possible = self._shortest if contact else self._possible(state)
         self._longest = min(self._longest, possible)

@@ -119,6 +119,7 @@ class KickDrift:
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
+        self._reference = grid.field(dtype) if split else unused
         self._former = grid.field(dtype) if kinds else unused
         self._no_contacts = no_contacts(dtype)
         self.work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
@@ -159,7 +160,8 @@ class KickDrift:
         """Yield the rows of the kernel's table for a step, see `kick_drift_kernel`."""
         h, drift, weight, which = step
         if h is None:
-            yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
+            operation = kernel.REFER if which == OTHERS else kernel.DRIFT
+            yield (operation, 1.0, 0.0, drift, 0.0, 0.0)
             return
         drag = weight * self._drag + self._steady_drag
         decay, gain = _drag_factors(h, drag)
@@ -201,6 +203,7 @@ class KickDrift:
             state.velocity,
             self._former,
             self._midpoint,
+            self._reference,
             state.acceleration,
             state.mobility,
             self._springs,

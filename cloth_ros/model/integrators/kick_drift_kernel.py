@@ -38,7 +38,8 @@ KICK = 4  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 5  # the same kick, but write the velocities to `midpoint` and do not drift
 ACCELERATE = 6  # by springs, gravity and dashpots
 ACCELERATE_AT_MIDPOINT = 7  # the same, with the velocities of `midpoint` in the dashpots
-RESOLVE = 8  # contact alone, after a drift that has been made
+REFER = 8  # keep the acceleration by shear and bending springs as their reference
+RESOLVE = 9  # contact alone, after a drift that has been made
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -81,15 +82,34 @@ def _accelerate(  # type: ignore[no-untyped-def]
 
 
 @inlined
+def _accelerate_from(  # type: ignore[no-untyped-def]
+    first, last, position, velocity, out, reference, mobility, row, springs, dashpots, shear,
+    bending, double,
+):  # fmt: skip
+    for i in range(first, last):
+        x, y, z = spring_acceleration(
+            position, velocity, i, row, mobility, springs, dashpots,
+            False, False, shear, bending, False, double,
+        )  # fmt: skip
+        out[0, i] = x - reference[0, i]
+        out[1, i] = y - reference[1, i]
+        out[2, i] = z - reference[2, i]
+
+
+@inlined
 def _kick_by_springs(  # type: ignore[no-untyped-def]
     first, last, position, back_buffer, velocity, former, mobility, row, springs, dashpots,
-    decay, gain, h, gravity, structural, shear, bending, double, contact,
+    decay, gain, h, reference, sign, gravity, structural, shear, bending, double, contact,
 ):  # fmt: skip
     for i in range(first, last):
         x, y, z = spring_acceleration(
             position, velocity, i, row, mobility, springs, dashpots,
             gravity, structural, shear, bending, False, double,
         )  # fmt: skip
+        if sign > 0:
+            x, y, z = x + reference[0, i], y + reference[1, i], z + reference[2, i]
+        elif sign < 0:
+            x, y, z = x - reference[0, i], y - reference[1, i], z - reference[2, i]
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
         if contact:
             former[0, i], former[1, i], former[2, i] = u, v, w
@@ -174,7 +194,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
+        velocity, former, midpoint, reference, acceleration, mobility, springs, air_velocity, bounds, work,
         contacts,
     ):  # fmt: skip
         notify(notified, thread)
@@ -197,27 +217,37 @@ def compose(
                 elif operation == KICK_BY_SPRINGS and not split:
                     _kick_by_springs(
                         first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, True, structural, shear, bending,
-                        double, contact,
+                        springs, dashpots, decay, gain, h, reference, 0, True, structural, shear,
+                        bending, double, contact,
                     )  # fmt: skip
                 elif operation == KICK_BY_STRUCTURAL and split:
                     _kick_by_springs(
                         first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, True, structural, False, False,
-                        double, contact,
+                        springs, dashpots, decay, gain, h, reference, 1, True, structural, False,
+                        False, double, contact,
                     )  # fmt: skip
                 elif operation == KICK_BY_OTHERS and split:
                     _kick_by_springs(
                         first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, False, False, shear, bending,
-                        double, contact,
+                        springs, dashpots, decay, gain, h, reference, -1, False, False, shear,
+                        bending, double, contact,
+                    )  # fmt: skip
+                elif operation == REFER and split:
+                    _accelerate(
+                        first, last, position, velocity, reference, mobility, row, springs,
+                        dashpots, False, False, shear, bending, False, double,
                     )  # fmt: skip
                 elif separate:
-                    if operation == ACCELERATE:
+                    if operation == ACCELERATE and split:
+                        _accelerate_from(
+                            first, last, position, velocity, acceleration, reference, mobility,
+                            row, springs, dashpots, shear, bending, double,
+                        )  # fmt: skip
+                    elif operation == ACCELERATE and not split:
                         _accelerate(
                             first, last, position, velocity, acceleration, mobility,
-                            row, springs, dashpots, not split, structural and not split, shear,
-                            bending, damped, double,
+                            row, springs, dashpots, True, structural, shear, bending, damped,
+                            double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(

@@ -83,9 +83,11 @@ def _steps(count: int, h: float, dissipation_interval: int) -> tuple[Step, ...]:
     weights: list[int] = []
     for undamped, weight in dissipation_schedule(count, dissipation_interval):
         weights += [0] * undamped + [weight] * (weight > 0)
-    steps = [Step(0.5 * h, 0.5 * h, 0, STRUCTURAL)]
+    steps = [Step(None, 0.0, 0, OTHERS), Step(0.5 * h, 0.5 * h, 0, STRUCTURAL)]
     for number, weight in enumerate(weights):
         last = number == count - 1
         steps.append(Step(h, 0.5 * h, weight, OTHERS))
-        steps.append(Step(0.5 * h, 0.0, 0, STRUCTURAL) if last else Step(h, 0.5 * h, 0, STRUCTURAL))
+        steps.append(
+            Step(0.5 * h, 0.0, 0, STRUCTURAL) if last else Step(h, 0.5 * h, 0, STRUCTURAL)
+        )
     return tuple(steps)
