@@ -15,9 +15,8 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from ..model.forces.springs import SPRING_TYPES
-from ..model.integrators import PositionVerlet
 from ..model.stability import largest_eigenvalue, rate_bounds
-from ..model.time_step import check_time_step, stability_limit, usual_substep
+from ..model.time_step import check_time_step, integrator_for, stability_limit, usual_substep
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS
 from ..scene.yaml_text import write
@@ -95,7 +94,7 @@ def cause(scene: Scene) -> str:
     if usual_substep(scene.with_parameters({'sheet.mass': heavy})) == substep:
         return 'so small a sheet is simulated in short substeps'
     elastic, viscous = rate_bounds(scene)
-    stable_step = PositionVerlet.stable_step
+    stable_step = integrator_for(scene).stable_step
     if stable_step(0.0, viscous) < stable_step(elastic, 0.0):
         return f'springs.damping is {scene.springs.damping:g} N·s/m at a mass of {sheet.mass:g} kg'
     stiffest = _stiffest(scene)
@@ -150,7 +149,7 @@ class _Search:
         heavy = scene.with_parameters({'sheet.mass': mass})
         limit = stability_limit(heavy)
         elastic, viscous = rate_bounds(scene)
-        stable_step = PositionVerlet.stable_step
+        stable_step = integrator_for(scene).stable_step
         changes: dict[str, Any] = {}
         if stable_step(0.0, viscous) < limit:
             changes['springs.damping'] = _rounded(factor * scene.springs.damping, math.floor)

@@ -13,23 +13,37 @@ bounded in turn by the row sums of the Gram matrix of directions, so that for a 
 
     λ ≤ 2 maxᵢ (Σⱼ kⱼ (1 − wⱼ) + maxⱼ Σₗ kₗ wₗ |dⱼ·dₗ|)/mᵢ,   w = min(1, L/r).
 
-A spring to a pinned particle counts half, because one end alone moves.  For a flat sheet, this is the exact value for an unbounded sheet.  It differs from
-the bound for every state where springs at a particle are not parallel: by a factor of two for
-structural springs at right angles.
+A spring to a pinned particle counts half, because one end alone moves.  The bounds of structural,
+shear and bending springs are added.  For a flat sheet with square cells the result is within 3 %
+of the exact value of an unbounded sheet; it is lower than the bound for every state (`stability`)
+where springs at a particle are not parallel.  The particles at the corners are left out: their
+mass is a quarter, for which the bound is not sharp, and a flat sheet is no stiffer with corners
+than without.
 """
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from ..scene import Scene
-from .forces.springs import COINCIDENT, stencil_offset
+from .forces.springs import (
+    COINCIDENT,
+    SPRING_TYPES,
+    STENCIL,
+    rest_length,
+    spring_families,
+    stencil_offset,
+)
 from .grid import GHOST_DISTANCE_SQUARED
-from .kernels.jit import inlined, kernel
+from .kernels.jit import Kernel, inlined, kernel
 from .state import State
 
 # Particles whose bounds are compared in one iteration.
 _LANES = 64
+# Product of the reciprocal tributary lengths above which a particle is a corner.
+_CORNER = 3
 
 
 @inlined
@@ -56,13 +70,16 @@ def _overlap(a, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _bound(position, mobility, i, first, second, rest, other_rest, ghost, tiny):  # type: ignore[no-untyped-def]
-    """Return half the bound at particle i, in units of k/m, by its springs of two offsets."""
-    f, g = mobility[0, i], mobility[1, i]
-    a = _direction(position, mobility, i, i + first, rest, f, ghost, tiny)
-    b = _direction(position, mobility, i, i - first, rest, f, ghost, tiny)
-    c = _direction(position, mobility, i, i + second, other_rest, g, ghost, tiny)
-    d = _direction(position, mobility, i, i - second, other_rest, g, ghost, tiny)
+def _bound(position, mobility, i, first, second, rest, f, g, ghost, tiny):  # type: ignore[no-untyped-def]
+    """
+    Return half the bound at particle i, in units of k/m, by its springs of two offsets.
+
+    `f` and `g` are the reciprocal masses by which the springs of the offsets are multiplied.
+    """
+    a = _direction(position, mobility, i, i + first, rest[0], f, ghost, tiny)
+    b = _direction(position, mobility, i, i - first, rest[0], f, ghost, tiny)
+    c = _direction(position, mobility, i, i + second, rest[1], g, ghost, tiny)
+    d = _direction(position, mobility, i, i - second, rest[1], g, ghost, tiny)
     p, q, r, s = a[3], b[3], c[3], d[3]
     ab, ac, ad = _overlap(a, b), _overlap(a, c), _overlap(a, d)
     bc, bd, cd = _overlap(b, c), _overlap(b, d), _overlap(c, d)
@@ -73,27 +90,48 @@ def _bound(position, mobility, i, first, second, rest, other_rest, ghost, tiny):
     return greatest + a[4] + b[4] + c[4] + d[4]
 
 
-@kernel
-def _greatest_bound(position, mobility, begin, end, row, stiffness, rest, other_rest, ghost, tiny):  # type: ignore[no-untyped-def]
-    number = position.dtype.type
-    row = np.uint64(row)
-    greatest = np.zeros(_LANES, position.dtype)
-    for start in range(np.uint64(begin), np.uint64(end), np.uint64(_LANES)):
-        for lane in range(np.uint64(_LANES)):
-            i = start + lane
-            bound = _bound(
-                position, mobility, i, stencil_offset(0, row), stencil_offset(1, row), rest,
-                other_rest, ghost, tiny,
-            )  # fmt: skip
-            greatest[lane] = max(greatest[lane], bound)
-    for lane in range(np.uint64(1), np.uint64(_LANES)):
-        greatest[0] = max(greatest[0], greatest[lane])
-    return number(2) * stiffness * greatest[0]
+@functools.cache
+def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
+    """Compile the greatest bound of all particles, for the types of springs that a scene has."""
+
+    @kernel
+    def greatest_bound(position, mobility, begin, end, row, stiffness, rest, ghost, tiny):  # type: ignore[no-untyped-def]
+        number = position.dtype.type
+        row = np.uint64(row)
+        greatest = np.zeros(_LANES, position.dtype)
+        for start in range(np.uint64(begin), np.uint64(end), np.uint64(_LANES)):
+            for lane in range(np.uint64(_LANES)):
+                i = start + lane
+                f, g = mobility[0, i], mobility[1, i]
+                bound = number(0)
+                if structural:
+                    bound += stiffness[0] * _bound(
+                        position, mobility, i, stencil_offset(0, row), stencil_offset(1, row),
+                        rest[0], f, g, ghost, tiny,
+                    )  # fmt: skip
+                if shear:
+                    bound += stiffness[1] * _bound(
+                        position, mobility, i, stencil_offset(2, row), stencil_offset(3, row),
+                        rest[1], f * g, f * g, ghost, tiny,
+                    )  # fmt: skip
+                if bending:
+                    bound += stiffness[2] * _bound(
+                        position, mobility, i, stencil_offset(4, row), stencil_offset(5, row),
+                        rest[2], f, g, ghost, tiny,
+                    )  # fmt: skip
+                if f * g > number(_CORNER):
+                    bound = number(0)
+                greatest[lane] = max(greatest[lane], bound)
+        for lane in range(np.uint64(1), np.uint64(_LANES)):
+            greatest[0] = max(greatest[0], greatest[lane])
+        return number(2) * greatest[0]
+
+    return greatest_bound
 
 
 class PresentStiffness:
     """
-    Bound of the stiffness of structural springs in the present state of a cloth.
+    Bound of the stiffness of the springs of a cloth in its present state.
 
     Parameters
     ----------
@@ -103,12 +141,27 @@ class PresentStiffness:
     """
 
     def __init__(self, scene: Scene) -> None:
-        stiffness = scene.springs.structural / scene.sheet.cell_mass
-        self._numbers = (stiffness, *scene.sheet.spacing, GHOST_DISTANCE_SQUARED, COINCIDENT)
+        families = {family.name for family in spring_families(scene)}
+        self._present = [name in families for name in SPRING_TYPES]
+        mass = scene.sheet.cell_mass
+        self._stiffness = [getattr(scene.springs, name) / mass for name in SPRING_TYPES]
+        # Of the two offsets of each type.
+        rest = [rest_length(scene, rows, columns) for _, rows, columns in STENCIL]
+        self._rest = list(zip(rest[::2], rest[1::2], strict=True))
 
     def bound(self, state: State) -> float:
         """Return a bound of the stiffness per unit mass, 1/s²; NaN or inf if it is not finite."""
-        grid = state.grid
-        numbers = [state.dtype(number) for number in self._numbers]
-        limits = (grid.begin, grid.end, grid.stride)
-        return float(_greatest_bound(state.position, state.mobility, *limits, *numbers))
+        grid, number = state.grid, state.dtype
+        return float(
+            _compose(*self._present)(
+                state.position,
+                state.mobility,
+                grid.begin,
+                grid.end,
+                grid.stride,
+                tuple([number(each) for each in self._stiffness]),
+                tuple([(number(first), number(second)) for first, second in self._rest]),
+                number(GHOST_DISTANCE_SQUARED),
+                number(COINCIDENT),
+            )
+        )

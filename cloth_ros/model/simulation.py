@@ -23,7 +23,7 @@ from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, Ro
 from .forces.gusts import Gusts
 from .grid import Grid, flat_sheet
 from .inputs import Inputs, Vector
-from .integrators import Integrator, PositionVerlet, StaggeredVerlet
+from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
@@ -32,7 +32,7 @@ from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
 from .step_control import StepControl
-from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for, is_staggered
+from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
@@ -117,9 +117,8 @@ class Simulation:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
-        self._integrator: type[Integrator] = integrator_for(scene)
-        self._shapes['split'] = is_staggered(scene)
         self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
+        self._integrator: type[Integrator] = integrator_for(scene)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
         self._batch_start: Snapshot | None = None
@@ -216,10 +215,8 @@ class Simulation:
         if self.contact is not None:
             self.contact.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
-        end = self.time + seconds
-        tick = 1 / self.scene.rate
-        if self.step_control.fresh:
-            self._adapt()
+        end, tick = self.time + seconds, 1 / self.scene.rate
+        self.step_control.begin(self.state, self.time)
         while self.time < end:
             begin, change = self.time, end
             if end - begin > _LONG * tick:
@@ -238,15 +235,9 @@ class Simulation:
             for first in range(0, count, BATCH):
                 yield from self._batch(min(BATCH, count - first), h)
             self.time = change
-            self._adapt()
+            self.step_control.adapt(self.state, change)
         if self.contact is not None:
             self.contact.end_advance(self.state)
-
-    def _adapt(self) -> None:
-        """Choose the length of the next substeps; in reach of contact, it is the shortest."""
-        contact, tick = self.contact, 1 / self.scene.rate
-        near = contact is not None and contact.in_reach(self.state, self.time, tick)
-        self.step_control.adapt(self.state, self.time, contact=near)
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -333,36 +324,19 @@ class Simulation:
         control = self.step_control
         airspeed = math.hypot(*self._air_velocity)
         try:
-            while count:
+            for first in range(0, count, control.check_interval):
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part, made = count, steps
-                if self.contact is not None:
-                    part, made = self._with_contact(steps, count, h)
-                contact = made is not steps
-                for batch in control.batches(
-                    self.state, part, h, division, airspeed, contact=contact
-                ):
+                part = min(control.check_interval, count - first)
+                for batch in control.batches(self.state, part, h, division, airspeed):
                     self.substeps += batch.substeps
-                    self._apply(kick_drift, made(batch), batch.substeps * batch.h)
+                    self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
                     yield
-                count -= part
         except BaseException:  # an interrupt, or the caller closes this iteration within a batch
             if self._monitor is not None and self._batch_start is not None:
                 self._roll_back()
             raise
-
-    def _with_contact(self, steps: Steps, count: int, h: float) -> tuple[int, Steps]:
-        """Return how many of `count` substeps to make at once beside colliders, and which steps."""
-        contact, control = self.contact, self.step_control
-        assert contact is not None
-        if control.lengthened:
-            if not contact.in_reach(self.state, self.time, count * h):
-                return count, steps
-        # In reach of contact, the length of substeps and their kind do not change.
-        together = PositionVerlet.steps if steps is StaggeredVerlet.steps else steps
-        return min(control.check_interval, count), together
 
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
         """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
@@ -395,8 +369,7 @@ class Simulation:
 
     def warm_up(self) -> None:
         """Compile the kernels of motion, without contact."""
-        if self.contact is None:
-            self._adapt()  # as the first advance will
+        self.step_control.begin(self.state, self.time)
         self._idle(1)
         max_speed(self.state)
         if self._monitor is not None:

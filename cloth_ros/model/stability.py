@@ -29,10 +29,8 @@ from .grid import Array
 # Substeps stay this fraction below the limit: the bounds hold for a frozen state, and the state
 # changes from substep to substep.
 SAFETY = 0.9
-# The same for the limit of the present state, which is measured again after each tick.
+# The same for the limit of the present state, which is bounded again after each tick.
 PRESENT_SAFETY = 0.96
-# The same for the limit of the present state, a bound that is measured once in each batch.
-PRESENT_SAFETY = 0.97
 
 # Phases of a side of more particles than this are sampled, evenly in their cosine.
 _SAMPLES = 201
@@ -73,16 +71,6 @@ def largest_eigenvalue(rows: int, columns: int, weights: Weights) -> float:
         if i < rows and abs(j) < columns:
             symbol += 2 * weight * (1 - np.cos(i * down + j * across))
     return float(np.max(symbol))
-
-
-def group_bounds(scene: Scene) -> tuple[float, float]:
-    """Return bounds of the stiffness of structural springs and of the others, per unit mass, 1/s²."""
-    springs, sheet = scene.springs, scene.sheet
-    size, mass = (sheet.rows, sheet.columns), sheet.cell_mass
-    return (
-        largest_eigenvalue(*size, (springs.structural, 0.0, 0.0)) / mass,
-        largest_eigenvalue(*size, (0.0, springs.shear, springs.bending)) / mass,
-    )
 
 
 def rate_bounds(scene: Scene) -> tuple[float, float]:

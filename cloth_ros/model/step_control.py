@@ -1,10 +1,11 @@
 """
 Step control: lengths of substeps while a cloth runs.
 
-A substep is as long as is stable in every state of the cloth, or, where kicks are staggered, as
-long as the present state allows.  Close to the stability limit the energy of the fastest modes
-depends on the length, and each change of it may add to that energy.  So it is shortened where it
-must be, and otherwise kept.
+Substeps are as long as the present state of the cloth allows.  Close to the stability limit the
+energy of the fastest modes depends on that length, and each change of it may add to that energy:
+a flag whose substeps are divided whenever its end is fast gains more from this than from the
+wind.  So substeps are shortened when they must be, and lengthened only after some time in which
+they could have been longer.
 """
 
 from __future__ import annotations
@@ -18,26 +19,31 @@ import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import ParameterSpec, convert
-from .integrators import StaggeredVerlet
 from .integrators.integrator import SubstepBatch
 from .present_stiffness import PresentStiffness
-from .stability import PRESENT_SAFETY, group_bounds, rate_bounds
+from .stability import PRESENT_SAFETY, rate_bounds
 from .state import State, max_speed
 from .time_step import (
     CHECK_INTERVAL,
     ROUNDING,
     accurate_substep,
+    adapts_to_state,
     dissipation_interval,
-    is_staggered,
+    integrator_for,
     substep_division,
     substep_length,
     substep_of_travel,
+    whole_substep,
 )
 
 _DIVISION = ParameterSpec('divisor of every substep', low=1, high=1000)
 # Simulated time, s, for which a longer substep must have been possible; after a rejected batch,
 # twice as long each time, up to the second number.
-_PATIENCE, _MAX_PATIENCE = 0.25, 64.0
+_PATIENCE, _MAX_PATIENCE = 1.0, 64.0
+# Share of the length that fast motion allows: faster motion within a tick divides no substep.
+_TRAVEL = 0.7
+# Share of the length that is stable in every state down to which fast motion shortens substeps.
+_SHORTEST = 0.125
 # Share by which it must be longer.
 _WORTHWHILE = 0.02
 
@@ -73,10 +79,6 @@ class StepControl(Protocol):
     ----------
     substep
         Length in slow motion now, s.
-    fresh
-        True if `adapt` has to be called before the first advance.
-    lengthened
-        True if substeps are longer than in contact.
     division
         Divisor of every substep, for a finer solution.
     check_interval
@@ -88,26 +90,16 @@ class StepControl(Protocol):
     division: int
     check_interval: int
 
-    @property
-    def fresh(self) -> bool:
-        """True if `adapt` has to be called before the first advance."""
+    def begin(self, state: State, time: float) -> None:
+        """Choose the length of the first substeps, unless that has been done."""
         ...
 
-    @property
-    def lengthened(self) -> bool:
-        """True if substeps are longer than in contact."""
-        ...
-
-    def adapt(self, state: State, time: float, *, contact: bool) -> None:
-        """
-        Choose the length of the next substeps by the state at `time`, s.
-
-        `contact` is True if a collider has been within reach.
-        """
+    def adapt(self, state: State, time: float) -> None:
+        """Choose the length of the next substeps by the state at `time`, s."""
         ...
 
     def shorten(self, time: float) -> bool:
-        """Make substeps as short as in contact: a batch was rejected; False if they are."""
+        """Make substeps stable in every state: a batch was rejected; False if they are."""
         ...
 
     def account(self) -> StepAccount | None:
@@ -125,8 +117,6 @@ class StepControl(Protocol):
         h: float,
         division: int,
         airspeed: float,
-        *,
-        contact: bool = False,
     ) -> Iterable[SubstepBatch]:
         """
         Return batches that together last for `count` times `h` s.
@@ -141,8 +131,6 @@ class StepControl(Protocol):
             Divisor required by the energy monitor.
         airspeed
             Speed of the air, m/s.
-        contact
-            True if a collider is within reach.
 
         """
         ...
@@ -151,9 +139,10 @@ class StepControl(Protocol):
 class ConstantStep:
     """Base of step controls whose substeps have one length."""
 
-    fresh, lengthened = False, True
+    def begin(self, state: State, time: float) -> None:
+        """Change nothing."""
 
-    def adapt(self, state: State, time: float, *, contact: bool) -> None:
+    def adapt(self, state: State, time: float) -> None:
         """Change nothing."""
 
     def shorten(self, time: float) -> bool:
@@ -170,7 +159,7 @@ class ConstantStep:
 
 class AdaptiveStepControl:
     """
-    Substeps of the length that `time_step` and the present state allow, divided in fast motion.
+    Substeps that follow the present state, divided where fast motion needs it within a tick.
 
     Parameters
     ----------
@@ -196,27 +185,14 @@ class AdaptiveStepControl:
     def __init__(self, scene: Scene, *, division: int = 1) -> None:
         self.division: int = convert('division', division, 1, _DIVISION)
         self._scene = scene
-        self._shortest = substep_length(scene)
         # A finer solution is advanced in the gaps between ticks, which are short.
         self.check_interval = CHECK_INTERVAL if self.division == 1 else 1
         _, self._viscous = rate_bounds(scene)
-        _, self._others = group_bounds(scene)
+        self._stable = substep_length(scene)
         self._accurate = accurate_substep(scene)
-        adaptive = is_staggered(scene) and not scene.solver.substeps
-        self._present: PresentStiffness | None = None
-        if adaptive and self._accurate > self._shortest:
-            self._present = PresentStiffness(scene)
+        self._stable_step = integrator_for(scene).stable_step
+        self._present = PresentStiffness(scene) if adapts_to_state(scene) else None
         self.restore(None)
-
-    @property
-    def fresh(self) -> bool:
-        """True if the length is that of the start."""
-        return self._since == -math.inf
-
-    @property
-    def lengthened(self) -> bool:
-        """True if substeps are longer than in contact."""
-        return self.substep > self._shortest
 
     def account(self) -> StepAccount | None:
         """Return the state of this control."""
@@ -227,15 +203,19 @@ class AdaptiveStepControl:
     def restore(self, account: StepAccount | None) -> None:
         """Return to a former state; None: to that at the start."""
         if account is None or self._present is None:
-            account = StepAccount(self._shortest, -math.inf, math.inf, _PATIENCE)
+            account = StepAccount(self._stable, -math.inf, math.inf, _PATIENCE)
         self.substep, self._since, self._longest, self._patience = account
 
-    def adapt(self, state: State, time: float, *, contact: bool) -> None:
+    def begin(self, state: State, time: float) -> None:
+        """Choose the length of the first substeps, unless that has been done."""
+        if self._since == -math.inf:
+            self.adapt(state, time)
+
+    def adapt(self, state: State, time: float) -> None:
         """Choose the length of the next substeps by the state at `time`, s."""
         if self._present is None:
-            self._since = time
             return
-        possible = self._shortest if contact else self._possible(state)
+        possible = self._possible(state, self._present)
         self._longest = min(self._longest, possible)
         if possible < self.substep:
             self._change(possible, time)
@@ -243,46 +223,32 @@ class AdaptiveStepControl:
             longer = self._longest > (1 + _WORTHWHILE) * self.substep
             self._change(self._longest if longer else self.substep, time)
 
-    def _possible(self, state: State) -> float:
-        """Return the longest substep, s, that the present state allows; ticks are whole numbers."""
-        assert self._present is not None
-        stiffness = max(self._present.bound(state), self._others)
-        longest = min(
-            PRESENT_SAFETY * StaggeredVerlet.stable_step(stiffness, 0.0),
-            self._accurate,
-            substep_of_travel(self._scene, max_speed(state)),
-        )
-        if not longest > self._shortest:  # as for NaN
-            return self._shortest
-        tick = 1 / self._scene.rate
-        return max(tick / math.ceil(tick / longest * (1 - ROUNDING)), self._shortest)
+    def _possible(self, state: State, present: PresentStiffness) -> float:
+        """Return the longest substep, s, that the present state allows."""
+        stable = max(PRESENT_SAFETY * self._stable_step(present.bound(state), 0.0), self._stable)
+        travel = _TRAVEL * substep_of_travel(self._scene, max_speed(state))
+        longest = min(stable, self._accurate, max(travel, _SHORTEST * self._stable))
+        # False where not finite.
+        return whole_substep(self._scene, longest) if longest > 0 else self._stable
 
     def _change(self, substep: float, time: float) -> None:
         self.substep, self._since, self._longest = substep, time, math.inf
 
     def shorten(self, time: float) -> bool:
-        """Make substeps as short as in contact: a batch was rejected; False if they are."""
-        if not self.lengthened:
+        """Make substeps stable in every state: a batch was rejected; False if they are."""
+        if self._present is None or self.substep <= self._stable:
             return False
-        self._change(self._shortest, time)
+        self._change(self._stable, time)
         self._patience = min(2 * self._patience, _MAX_PATIENCE)
         return True
 
     def batches(
-        self,
-        state: State,
-        count: int,
-        h: float,
-        division: int,
-        airspeed: float,
-        *,
-        contact: bool = False,
+        self, state: State, count: int, h: float, division: int, airspeed: float
     ) -> Iterable[SubstepBatch]:
         """Return batches with substeps that are short enough for the present speed."""
         speed = max_speed(state)
-        longest = self._shortest if contact else self.substep
-        if h > longest:
-            seconds, count = count * h, math.ceil(count * h / longest - ROUNDING)
+        if h > (1 + ROUNDING) * self.substep:  # shortened since the start of the advance
+            seconds, count = count * h, math.ceil(count * h / self.substep - ROUNDING)
             h = seconds / count
         fine = division * self.division * substep_division(self._scene, h, speed)
         interval = 1

@@ -15,7 +15,6 @@ from . import stability
 from .forces.aerodynamics import coefficient_of_flat_sheet
 from .integrators import INTEGRATORS, Integrator
 from .integrators.position_verlet import PositionVerlet
-from .integrators.staggered_verlet import StaggeredVerlet
 
 # Share of a substep by which a count may be rounded down: a duration that is a whole number of
 # substeps but for rounding needs no further one.
@@ -32,7 +31,7 @@ _SHORTEST = 2.5e-4
 _MAX_SUBSTEPS = 1e8
 
 # Share of the stability limit of a flat sheet that substeps usually have.
-_USUAL = 0.9
+_USUAL = 0.92
 
 # Share of the shortest rest length that the fastest particle may move in a substep, and the
 # finest division of a substep to that end.
@@ -52,15 +51,8 @@ _BY_DASHPOTS = 0.5
 
 
 def integrator_for(scene: Scene) -> type[Integrator]:
-    """
-    Return the integrator of a scene where nothing touches the sheet.
-
-    `auto` is the cheapest one of every measured scene: kicks are staggered where there are springs
-    for both of them, and no dashpots.
-    """
-    springs = scene.springs
-    split = springs.structural > 0 and springs.shear + springs.bending > 0 and not springs.damping
-    return INTEGRATORS.get(scene.solver.method, StaggeredVerlet if split else PositionVerlet)
+    """Return the integrator of a scene; `auto` is the best one of every measured scene."""
+    return INTEGRATORS.get(scene.solver.method, PositionVerlet)
 
 
 def substep_length(scene: Scene) -> float:
@@ -73,44 +65,53 @@ def substep_length(scene: Scene) -> float:
     * accuracy: at most the step that the integrator predicts for the tolerance;
     * every mode's frequency within 0.1 %, as far as that costs next to nothing.
     """
-    tick = 1 / scene.rate
     if scene.solver.substeps:
-        return tick / scene.solver.substeps
-    # In contact, all springs kick together.
-    limit = PositionVerlet.stability_limit(scene)
-    longest = min(tick, stability.SAFETY * limit, accurate_substep(scene))
-    return tick / math.ceil(tick / longest * (1 - ROUNDING))
+        return 1 / (scene.rate * scene.solver.substeps)
+    integrator = integrator_for(scene)
+    limit = integrator.stable_step(*stability.rate_bounds(scene))
+    longest = min(stability.SAFETY * limit, accurate_substep(scene))
+    return whole_substep(scene, longest)
+
+
+def whole_substep(scene: Scene, longest: float) -> float:
+    """Return the longest substep, s, up to `longest`, of which a whole number makes a tick."""
+    tick = 1 / scene.rate
+    return tick / max(math.ceil(tick / longest * (1 - ROUNDING)), 1)
+
+
+def accurate_substep(scene: Scene) -> float:
+    """Return the longest substep, s, that accuracy allows; see `substep_length`."""
+    integrator = integrator_for(scene)
+    limit = integrator.stable_step(*stability.rate_bounds(scene))
+    particles = scene.sheet.rows * scene.sheet.columns
+    resolved = max(0.5 * _RESOLVED * limit, particles / _CHEAP, _SHORTEST)
+    return min(integrator.accurate_step(scene), resolved)
 
 
 def usual_substep(scene: Scene) -> float:
     """
     Return the length, s, that substeps of a scene usually have, for predictions of their cost.
 
-    Where no collider can come near and kicks are staggered, a little less than a flat sheet allows;
-    see `step_control`.
+    It is a little less than a flat sheet allows: see `step_control`.
     """
-    shortest = substep_length(scene)
-    if scene.solver.substeps or scene.all_colliders() or not is_staggered(scene):
-        return shortest
-    _, others = stability.group_bounds(scene)
-    flat = 4 * scene.springs.structural / scene.sheet.cell_mass
-    limit = StaggeredVerlet.stable_step(max(flat, others), 0.0)
-    tick = 1 / scene.rate
-    longest = min(_USUAL * limit, accurate_substep(scene), tick)
-    return max(tick / math.ceil(tick / longest * (1 - ROUNDING)), shortest)
+    if not adapts_to_state(scene):
+        return substep_length(scene)
+    springs = scene.springs
+    flat = 4 * springs.structural + 4 * springs.shear + 4 * springs.bending
+    limit = integrator_for(scene).stable_step(flat / scene.sheet.cell_mass, 0.0)
+    longest = min(_USUAL * limit, accurate_substep(scene))
+    return max(whole_substep(scene, longest), substep_length(scene))
 
 
-def is_staggered(scene: Scene) -> bool:
-    """Return whether structural springs and the others kick in turn where nothing touches them."""
-    return integrator_for(scene) is StaggeredVerlet
+def adapts_to_state(scene: Scene) -> bool:
+    """Return whether substeps follow the present state: not if fixed, or limited by dashpots."""
+    return not scene.solver.substeps and not scene.springs.damping
 
 
-def accurate_substep(scene: Scene) -> float:
-    """Return the longest substep, s, that accuracy allows: see `substep_length`."""
-    integrator = integrator_for(scene)
-    particles = scene.sheet.rows * scene.sheet.columns
-    resolved = 0.5 * _RESOLVED * integrator.stability_limit(scene)
-    return min(integrator.accurate_step(scene), max(resolved, particles / _CHEAP, _SHORTEST))
+def substep_of_travel(scene: Scene, speed: float) -> float:
+    """Return the longest substep, s, that is not divided for a cloth of this speed, m/s."""
+    # Inf at rest, and NaN where the speed is.
+    return _TRAVEL * scene.sheet.shortest_spacing / max(speed, 1e-30)
 
 
 def substep_division(scene: Scene, substep: float, speed: float) -> int:
@@ -137,12 +138,6 @@ def substep_division(scene: Scene, substep: float, speed: float) -> int:
     division = speed * substep / (_TRAVEL * scene.sheet.shortest_spacing)
     # False where not finite.
     return max(math.ceil(division), 1) if division < _FINEST else _FINEST
-
-
-def substep_of_travel(scene: Scene, speed: float) -> float:
-    """Return the longest substep, s, that is not divided for a cloth of this speed, m/s."""
-    # Inf at rest, and NaN where the speed is.
-    return _TRAVEL * scene.sheet.shortest_spacing / max(speed, 1e-30)
 
 
 def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed: float) -> int:
@@ -175,7 +170,7 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
 
 def stability_limit(scene: Scene) -> float:
     """Return the longest stable substep, s, in every state of the cloth; inf without springs."""
-    return PositionVerlet.stability_limit(scene)
+    return integrator_for(scene).stable_step(*stability.rate_bounds(scene))
 
 
 def check_time_step(scene: Scene) -> None:

@@ -27,7 +27,7 @@ from .yaml_text import write
 Vector = tuple[float, float, float]
 
 # Integration methods that a scene may name; `cloth_ros.model.integrators` has one class for each.
-INTEGRATOR_NAMES = ('position_verlet', 'staggered_verlet')
+INTEGRATOR_NAMES = ('position_verlet',)
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,11 @@ import numpy as np
 
 from ..model.forces.springs import spring_families
 from ..model.grid import Array, Grid, flat_sheet
-from ..model.integrators import PositionVerlet
 from ..model.integrators import kick_drift_kernel as kernel
 from ..model.integrators.integrator import SubstepBatch
 from ..model.integrators.kick_drift import KickDrift
 from ..model.state import State
+from ..model.time_step import integrator_for
 from ..model.time_step import stability_limit as bound_of_all_states
 from ..scene import Scene
 from .eigenvalues import has_eigenvalue_above
@@ -100,7 +100,7 @@ class _BalancedStep:
     def __init__(self, scene: Scene, state: State) -> None:
         self._state = state
         self._kick_drift = KickDrift(scene, state.grid, state.dtype, separate=True)
-        self._integrator = PositionVerlet
+        self._integrator = integrator_for(scene)
         self.damped = self._kick_drift.damped
         self._kick_drift.accelerate(state)
         self._undisturbed = state.acceleration.copy()

@@ -98,14 +98,7 @@ class FixedStepControl(ConstantStep):
         self.substep = 1 / (scene.rate * substeps)
 
     def batches(
-        self,
-        state: State,
-        count: int,
-        h: float,
-        division: int,
-        airspeed: float,
-        *,
-        contact: bool = False,
+        self, state: State, count: int, h: float, division: int, airspeed: float
     ) -> Iterable[SubstepBatch]:
         """Return one batch of `count` substeps of `h` s."""
         return (SubstepBatch(count, h),)

@@ -28,7 +28,7 @@ import numpy as np
 
 from ..model.forces.springs import spring_ends, spring_families
 from ..model.grid import Array, Grid
-from ..model.integrators import PositionVerlet
+from ..model.time_step import integrator_for
 from ..scene import Scene
 from .eigenvalues import has_eigenvalue_above, largest_eigenvalue
 
@@ -161,7 +161,7 @@ def stability_limit(scene: Scene, positions: Array) -> float:
     free = ~scene.pinned()
     if not free.any() or not any(True for _ in spring_families(scene)):
         return math.inf
-    integrator = PositionVerlet
+    integrator = integrator_for(scene)
     tangent = TangentStiffness(scene, np.moveaxis(np.asarray(positions, float), -1, 0))
     start = np.random.default_rng(0).standard_normal(3 * free.sum())
     elastic, viscous = (

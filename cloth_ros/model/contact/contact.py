@@ -134,14 +134,6 @@ class Contact:
                 each.max_penetration, each.touching = 0.0, 0
         return bool(self._near)
 
-    def in_reach(self, state: State, time: float, seconds: float) -> bool:
-        """Return what `may_act` does, but look at the distances again where it is True."""
-        if not self.may_act(state, seconds):
-            return False
-        times = np.array([time, time + seconds])
-        self._particles.table(state, self._near, times, self._fastest)
-        return self.may_act(state, seconds)
-
     def _approach(self, collider: RigidCollider, state: State) -> float:
         """Return a bound of the speed, m/s, at which collider and sheet approach each other."""
         return self._fastest + collider.surface_speed(state.origin)

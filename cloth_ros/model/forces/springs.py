@@ -138,7 +138,7 @@ def _pull(position, velocity, i, j, k, tension, dashpot, damped, double, ghost, 
     dy = position[1, i] - position[1, j]
     dz = position[2, i] - position[2, j]
     # Added, and not the maximum of both: that costs no instruction, and changes no bit of the root
-    # of any length that is not itself as short.
+    # of a length that is not itself as short.
     squared = dx * dx + (dy * dy + (dz * dz + coincident))
     if double:
         # A reciprocal root in single precision, refined by Halley's method (its error is the third
@@ -178,14 +178,13 @@ def _add(a, b):  # type: ignore[no-untyped-def]
 
 @inlined
 def spring_acceleration(  # type: ignore[no-untyped-def]
-    position, velocity, i, row, mobility, constants, dashpot, gravity, structural, shear, bending,
+    position, velocity, i, row, mobility, constants, dashpot, structural, shear, bending,
     damped, double,
 ):  # fmt: skip
-    """Return the acceleration of particle i by gravity and by its springs, or some; 0 if pinned."""
+    """Return the acceleration of particle i by gravity and by all of its springs; 0 if pinned."""
     x, y, z, k0, k1, k2, t0, t1, t2, t3, t4, t5, ghost, tiny = constants
     zero, one = position.dtype.type(0), position.dtype.type(1)
     a, b = mobility[0, i], mobility[1, i]
-    free = min(a, one)
     along = across = (zero, zero, zero)
     # Written out: a loop over the stencil would keep the loop over particles scalar.
     if structural:
@@ -224,9 +223,9 @@ def spring_acceleration(  # type: ignore[no-untyped-def]
             ),
         )  # fmt: skip
         along = along[0] + b * u, along[1] + b * v, along[2] + b * w
-    x, y, z = (free * x, free * y, free * z) if gravity else (zero, zero, zero)
+    free = min(a, one)
     return (
-        x + a * along[0] + b * across[0],
-        y + a * along[1] + b * across[1],
-        z + a * along[2] + b * across[2],
+        free * x + a * along[0] + b * across[0],
+        free * y + a * along[1] + b * across[1],
+        free * z + a * along[2] + b * across[2],
     )

@@ -6,10 +6,7 @@ To add one, write its file, name its class here, and its name in `cloth_ros.scen
 
 from .integrator import Integrator
 from .position_verlet import PositionVerlet
-from .staggered_verlet import StaggeredVerlet
 
-INTEGRATORS: dict[str, type[Integrator]] = {
-    each.name: each for each in (PositionVerlet, StaggeredVerlet)
-}
+INTEGRATORS: dict[str, type[Integrator]] = {PositionVerlet.name: PositionVerlet}
 
-__all__ = ['INTEGRATORS', 'Integrator', 'PositionVerlet', 'StaggeredVerlet']
+__all__ = ['INTEGRATORS', 'Integrator', 'PositionVerlet']

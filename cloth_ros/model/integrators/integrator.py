@@ -30,10 +30,6 @@ class SubstepBatch(NamedTuple):
     dissipation_interval: int = 1
 
 
-# Springs of a kick.
-ALL, STRUCTURAL, OTHERS = range(3)
-
-
 class Step(NamedTuple):
     """
     A kick, and the drift after it.
@@ -46,15 +42,12 @@ class Step(NamedTuple):
         Duration of the drift, s.
     weight
         Factor of air, dashpots and drag in the kick; 0: they are left out.
-    springs
-        Springs that kick: `ALL`, `STRUCTURAL` with gravity, or `OTHERS`.
 
     """
 
     kick: float | None
     drift: float
     weight: int = 1
-    springs: int = ALL
 
 
 class Integrator(Protocol):
@@ -79,11 +72,6 @@ class Integrator(Protocol):
     @staticmethod
     def stable_step(elastic: float, viscous: float) -> float:
         """Return the longest stable step, s, for stiffness up to λ and damping up to μ."""
-        ...
-
-    @staticmethod
-    def stability_limit(scene: Scene) -> float:
-        """Return the longest step, s, that is stable in every state of a scene."""
         ...
 
     @staticmethod

@@ -23,7 +23,7 @@ from ..grid import Array, Grid
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
 from ..state import State
 from . import kick_drift_kernel as kernel
-from .integrator import OTHERS, STRUCTURAL, Step
+from .integrator import Step
 
 # Particles from which on several threads are faster than one.
 _MIN_THREADED = 4096
@@ -55,8 +55,6 @@ class KickDrift:
         numpy.float32 or numpy.float64.
     separate
         True to accelerate and kick in separate loops, for callers of `accelerate`.
-    split
-        True if structural springs and the others kick in turn where there is no contact.
     extra_drag
         Decay rate of velocity on top of the scene's, 1/s; with it, both act in every kick.
     kinds
@@ -82,7 +80,6 @@ class KickDrift:
         dtype: type,
         *,
         separate: bool = False,
-        split: bool = False,
         extra_drag: float = 0.0,
         kinds: frozenset[int] = frozenset(),
         several: bool = False,
@@ -109,17 +106,15 @@ class KickDrift:
             separate,
             dtype is np.float64,
         )
-        self._split = split
-        self._kernel = compose(split)
-        self._contact_kernel = compose(False, kinds, several) if kinds else self._kernel
-        self._tables: dict[tuple[tuple[Step, ...], bool], Array] = {}
+        self._kernel = compose()
+        self._contact_kernel = compose(kinds, several) if kinds else self._kernel
+        self._tables: dict[tuple[Step, ...], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
-        self._reference = grid.field(dtype) if split else unused
         self._former = grid.field(dtype) if kinds else unused
         self._no_contacts = no_contacts(dtype)
         self.work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
@@ -132,13 +127,12 @@ class KickDrift:
         contacts: ContactTable | None = None,
     ) -> None:
         """Make the kicks and drifts of `steps` in air of a velocity, m/s, with contact if any."""
-        split = self._split and contacts is None
-        table = self._tables.get((steps, split))
+        table = self._tables.get(steps)
         if table is None:
             if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
-            operations = [row for step in steps for row in self.operations(step, split=split)]
-            table = self._tables[steps, split] = np.array(operations)
+            table = np.array([row for step in steps for row in self.operations(step)])
+            self._tables[steps] = table
         self.run(state, table, air_velocity, contacts)
 
     def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:
@@ -156,25 +150,16 @@ class KickDrift:
         self.work[:] = 0
         return work
 
-    def operations(self, step: Step, *, split: bool = False) -> Iterator[tuple[float, ...]]:
+    def operations(self, step: Step) -> Iterator[tuple[float, ...]]:
         """Yield the rows of the kernel's table for a step, see `kick_drift_kernel`."""
-        h, drift, weight, which = step
+        h, drift, weight = step
         if h is None:
-            operation = kernel.REFER if which == OTHERS else kernel.DRIFT
-            yield (operation, 1.0, 0.0, drift, 0.0, 0.0)
+            yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
             return
         drag = weight * self._drag + self._steady_drag
         decay, gain = _drag_factors(h, drag)
-        plain = not self._separate and (weight == 0 or not self.dissipative)
-        if split and which != OTHERS:
-            whole = which == STRUCTURAL
-            yield (kernel.KICK_BY_STRUCTURAL, decay, gain, drift if whole else 0.0, 0.0, 0.0)
-            if whole:
-                return
-            decay = 1.0  # the kick has been made by half of the springs, but not the drift
-        if plain:
-            kick = kernel.KICK_BY_OTHERS if split else kernel.KICK_BY_SPRINGS
-            yield (kick, decay, gain, drift, 0.0, 0.0)
+        if not self._separate and (weight == 0 or not self.dissipative):
+            yield (kernel.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
             return
         dashpots = weight * self._dashpots
         yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
@@ -203,7 +188,6 @@ class KickDrift:
             state.velocity,
             self._former,
             self._midpoint,
-            self._reference,
             state.acceleration,
             state.mobility,
             self._springs,

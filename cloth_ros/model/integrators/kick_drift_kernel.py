@@ -32,14 +32,11 @@ from ..kernels.thread_pool import (
 # discards a KeyboardInterrupt that is raised there.
 DRIFT = 0
 KICK_BY_SPRINGS = 1  # acceleration by springs and gravity, kick with drag, and drift
-KICK_BY_STRUCTURAL = 2  # the same by structural springs and gravity
-KICK_BY_OTHERS = 3  # the same by shear and bending springs
-KICK = 4  # kick by the stored accelerations, with drag and air, and drift
-KICK_TO_MIDPOINT = 5  # the same kick, but write the velocities to `midpoint` and do not drift
-ACCELERATE = 6  # by springs, gravity and dashpots
-ACCELERATE_AT_MIDPOINT = 7  # the same, with the velocities of `midpoint` in the dashpots
-REFER = 8  # keep the acceleration by shear and bending springs as their reference
-RESOLVE = 9  # contact alone, after a drift that has been made
+KICK = 2  # kick by the stored accelerations, with drag and air, and drift
+KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
+ACCELERATE = 4  # by springs, gravity and dashpots
+ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
+RESOLVE = 6  # contact alone, after a drift that has been made
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -71,54 +68,14 @@ def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h)
 @inlined
 def _accelerate(  # type: ignore[no-untyped-def]
     first, last, position, velocity, out, mobility, row, springs, dashpots,
-    gravity, structural, shear, bending, damped, double,
+    structural, shear, bending, damped, double,
 ):  # fmt: skip
     for i in range(first, last):
         x, y, z = spring_acceleration(
             position, velocity, i, row, mobility, springs, dashpots,
-            gravity, structural, shear, bending, damped, double,
+            structural, shear, bending, damped, double,
         )  # fmt: skip
         out[0, i], out[1, i], out[2, i] = x, y, z
-
-
-@inlined
-def _accelerate_from(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, reference, mobility, row, springs, dashpots, shear,
-    bending, double,
-):  # fmt: skip
-    for i in range(first, last):
-        x, y, z = spring_acceleration(
-            position, velocity, i, row, mobility, springs, dashpots,
-            False, False, shear, bending, False, double,
-        )  # fmt: skip
-        out[0, i] = x - reference[0, i]
-        out[1, i] = y - reference[1, i]
-        out[2, i] = z - reference[2, i]
-
-
-@inlined
-def _kick_by_springs(  # type: ignore[no-untyped-def]
-    first, last, position, back_buffer, velocity, former, mobility, row, springs, dashpots,
-    decay, gain, h, reference, sign, gravity, structural, shear, bending, double, contact,
-):  # fmt: skip
-    for i in range(first, last):
-        x, y, z = spring_acceleration(
-            position, velocity, i, row, mobility, springs, dashpots,
-            gravity, structural, shear, bending, False, double,
-        )  # fmt: skip
-        if sign > 0:
-            x, y, z = x + reference[0, i], y + reference[1, i], z + reference[2, i]
-        elif sign < 0:
-            x, y, z = x - reference[0, i], y - reference[1, i], z - reference[2, i]
-        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        if contact:
-            former[0, i], former[1, i], former[2, i] = u, v, w
-        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
-        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-        # To the back buffer: neighbours still read the old positions.
-        back_buffer[0, i] = position[0, i] + h * u
-        back_buffer[1, i] = position[1, i] + h * v
-        back_buffer[2, i] = position[2, i] + h * w
 
 
 @inlined
@@ -163,7 +120,6 @@ def compose(
     air: bool,
     separate: bool,
     double: bool,
-    split: bool = False,
     kinds: frozenset[int] = frozenset(),
     several: bool = False,
 ) -> Kernel:
@@ -178,8 +134,6 @@ def compose(
         True to compile the operations that accelerate and kick in separate loops.
     double
         True for double precision.
-    split
-        True if structural springs and the others kick in turn; `ACCELERATE` then means the others.
     kinds
         Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
         With any, `former` receives the velocities before each kick.
@@ -194,7 +148,7 @@ def compose(
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, former, midpoint, reference, acceleration, mobility, springs, air_velocity, bounds, work,
+        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
         contacts,
     ):  # fmt: skip
         notify(notified, thread)
@@ -214,46 +168,31 @@ def compose(
                 last = np.uint64(min(begin + (chunk + 1) * size, end))
                 if operation == DRIFT:
                     _drift(first, last, position, back_buffer, velocity, former, h, contact)
-                elif operation == KICK_BY_SPRINGS and not split:
-                    _kick_by_springs(
-                        first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, reference, 0, True, structural, shear,
-                        bending, double, contact,
-                    )  # fmt: skip
-                elif operation == KICK_BY_STRUCTURAL and split:
-                    _kick_by_springs(
-                        first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, reference, 1, True, structural, False,
-                        False, double, contact,
-                    )  # fmt: skip
-                elif operation == KICK_BY_OTHERS and split:
-                    _kick_by_springs(
-                        first, last, position, back_buffer, velocity, former, mobility, row,
-                        springs, dashpots, decay, gain, h, reference, -1, False, False, shear,
-                        bending, double, contact,
-                    )  # fmt: skip
-                elif operation == REFER and split:
-                    _accelerate(
-                        first, last, position, velocity, reference, mobility, row, springs,
-                        dashpots, False, False, shear, bending, False, double,
-                    )  # fmt: skip
-                elif separate:
-                    if operation == ACCELERATE and split:
-                        _accelerate_from(
-                            first, last, position, velocity, acceleration, reference, mobility,
-                            row, springs, dashpots, shear, bending, double,
+                elif operation == KICK_BY_SPRINGS:
+                    for i in range(first, last):
+                        x, y, z = spring_acceleration(
+                            position, velocity, i, row, mobility, springs, dashpots,
+                            structural, shear, bending, False, double,
                         )  # fmt: skip
-                    elif operation == ACCELERATE and not split:
+                        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+                        if contact:
+                            former[0, i], former[1, i], former[2, i] = u, v, w
+                        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
+                        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
+                        # To the back buffer: neighbours still read the old positions.
+                        back_buffer[0, i] = position[0, i] + h * u
+                        back_buffer[1, i] = position[1, i] + h * v
+                        back_buffer[2, i] = position[2, i] + h * w
+                elif separate:
+                    if operation == ACCELERATE:
                         _accelerate(
                             first, last, position, velocity, acceleration, mobility,
-                            row, springs, dashpots, True, structural, shear, bending, damped,
-                            double,
+                            row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
                             first, last, position, midpoint, acceleration, mobility,
-                            row, springs, dashpots, True, structural, shear, bending, damped,
-                            double,
+                            row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(

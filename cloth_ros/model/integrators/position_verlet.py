@@ -59,11 +59,6 @@ class PositionVerlet:
         )
 
     @staticmethod
-    def stability_limit(scene: Scene) -> float:
-        """Return the longest step, s, that is stable in every state of a scene."""
-        return PositionVerlet.stable_step(*rate_bounds(scene))
-
-    @staticmethod
     def amplification(h: float, elastic: float, viscous: float) -> Array:
         """Return the matrix of a step on ẍ = −λ x − μ ẋ, for (x, ẋ), shape (2, 2)."""
         middle = 1 - 0.5 * h * viscous
@@ -82,7 +77,8 @@ class PositionVerlet:
         at_limit = _ERROR_AT_LIMIT * scene.sheet.diagonal
         if at_limit == 0:
             return math.inf
-        return PositionVerlet.stability_limit(scene) * math.sqrt(scene.solver.tolerance / at_limit)
+        limit = PositionVerlet.stable_step(*rate_bounds(scene))
+        return limit * math.sqrt(scene.solver.tolerance / at_limit)
 
     @staticmethod
     def steps(batch: SubstepBatch) -> tuple[Step, ...]:
