@@ -17,6 +17,7 @@ from cloth_ros import Cloth, Scene
 from cloth_ros.model.forces.springs import SPRING_TYPES
 from cloth_ros.model.integrators.integrator import SubstepBatch
 from cloth_ros.model.state import State
+from cloth_ros.model.step_control import ConstantStep
 from cloth_ros.tradeoff.reference_model import tributary_areas
 
 ROOT = Path(__file__).parent.parent
@@ -90,7 +91,7 @@ def momentum(cloth: Cloth) -> np.ndarray:
     return (masses(cloth) * cloth.velocities).sum((0, 1))
 
 
-class FixedSteps:
+class FixedSteps(ConstantStep):
     """Step control: substeps of one length, s."""
 
     division, check_interval = 1, 10

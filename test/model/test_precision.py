@@ -30,6 +30,7 @@ from cloth_ros.model.precision import (
     terminal_speed,
 )
 from cloth_ros.model.state import max_speed
+from cloth_ros.model.step_control import ConstantStep
 from cloth_ros.model.time_step import CHECK_INTERVAL, dissipation_interval, substep_length
 
 # Free sheets of 3 × 3 particles without air move as one particle does.
@@ -68,7 +69,7 @@ def free_scenes(draw: st.DrawFn) -> Scene:
     return scene
 
 
-class IntervalsOfSingle:
+class IntervalsOfSingle(ConstantStep):
     """Step control in which air acts in one of several substeps, also in double precision."""
 
     division, check_interval = 1, CHECK_INTERVAL

@@ -51,9 +51,10 @@ def test_substeps_fill_a_tick_respect_the_limit_and_have_one_length(rate):
     assert cloth.substep < cloth.stability_limit
     for _ in range(2000 if rate == 60 else 1):
         cloth.advance(1 / rate)
-        assert cloth.substeps == round(count)
+        count = round(1 / rate / cloth.substep)
+        assert count * cloth.substep == pytest.approx(1 / rate)
     # Times are rounded, but another length would need another table of operations.
-    assert len(cloth._simulation._kick_drift._tables) < 10
+    assert len(cloth._simulation._kick_drift._tables) < 20
     assert small_cloth(rate=rate, solver__substeps=7777).substep == 1 / rate / 7777
 
 
