@@ -6,7 +6,8 @@ same inputs, but takes substeps half as long, in double precision.  It runs in t
 left over, as slowly as that takes.  At the end of a window of simulated time, the distance between
 both is what the substep length and the precision of the cloth have added to its error within the
 window.  For an integrator of order p the distance is multiplied by 2ᵖ/(2ᵖ − 1), which accounts
-for the error of the finer solution itself (Richardson extrapolation).
+for the error of the finer solution itself (Richardson extrapolation).  Contact is of first order:
+there the estimate is up to a third too small.
 
 Where a sheet folds or slides over a collider, two solutions part faster and faster, and their
 distance soon says nothing about the error.  A window therefore is as short as it must be for them
