@@ -45,12 +45,14 @@ def _log(path: Path) -> Path | None:
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     """
-    Open a file for reading.
+    Open a file for reading; nothing is written, neither to it nor beside it.
 
     A journal is ignored: with it, SQLite would undo what was written last.
     """
-    how = 'immutable=1' if _log(path) is None else 'mode=ro'
+    how = 'immutable=1' if _log(path) is None else 'mode=ro&vfs=unix-none'
     with closing(sqlite3.connect(f'{path.resolve().as_uri()}?{how}', uri=True)) as connection:
+        # Then the index of the log is in memory, and not in a file that SQLite would have to make.
+        connection.execute('PRAGMA locking_mode = EXCLUSIVE')
         # Otherwise a file is refused that is shorter than its first page says.
         connection.execute('PRAGMA writable_schema = ON')
         yield connection

@@ -92,6 +92,7 @@ def test_messages_in_the_log_of_a_killed_recorder_are_read(logged):
     assert outcome.result['ticks'] == TICKS - 1
     assert any(f'{log.name} is left, the recorder was killed' in line for line in outcome.lines)
     assert (file.read_bytes(), log.read_bytes()) == before
+    assert set(file.parent.iterdir()) == {file, log}
 
 
 def test_a_truncated_log_is_read_up_to_its_last_whole_message(logged):
