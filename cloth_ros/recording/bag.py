@@ -165,7 +165,7 @@ class Bag:
         try:
             for number, count in count_messages(part).items():
                 self.count[topics[number].name] += count
-        except sqlite3.Error:
+        except (sqlite3.Error, KeyError):  # KeyError: a topic is missing
             self.count.clear()
 
     def _scan_topics(self, part: Path) -> bool:

@@ -76,9 +76,9 @@ def find_windows(recorded: RecordedCloth) -> list[Window]:
             find(record.tick - 1)
             ticks.append(_Tick(record.tick, record.time, record.seconds, bool(record.changes)))
         elif isinstance(entry, (Gap, Start)):
-            # A loaded state is the start of a tick that may be in the list already.
             find(ticks[-1].number if ticks else 0)
             ticks.clear()
+            waiting.clear()  # those of lost ticks, whose numbers may come again
         elif isinstance(entry, LiveEstimate) and not _same(entry, known):
             known = entry
             waiting.append(entry)
