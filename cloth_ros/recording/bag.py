@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from ..scene.parameter import one_line
+from .sqlite_file import count_messages, read_messages, read_topics, unfinished
 
 _METADATA = 'metadata.yaml'
 _STORAGES = ('.mcap', '.db3')
@@ -136,6 +138,9 @@ class Bag:
     def _readable(self, part: Path) -> list[Path]:
         """Take topics and counts of a part; return it, or what of it can be read."""
         try:
+            if part.suffix == '.db3' and part.is_file():
+                self._take_topics(part)
+                return [part]
             with Reader(part) as reader:
                 for each in reader.connections:
                     self.topics[each.topic] = each.msgtype
@@ -150,6 +155,18 @@ class Bag:
             self.note(f'{part.name}: {_reason(error)}')
             return []
         return [part]
+
+    def _take_topics(self, part: Path) -> None:
+        """Take topics and, of a complete file, counts of an SQLite file; raises sqlite3.Error."""
+        topics = read_topics(part)
+        self.topics.update({topic.name: topic.type for topic in topics.values()})
+        if left := unfinished(part):
+            self.note(left)
+        try:
+            for number, count in count_messages(part).items():
+                self.count[topics[number].name] += count
+        except (sqlite3.Error, KeyError):  # KeyError: a topic is missing
+            self.count.clear()
 
     def _scan_topics(self, part: Path) -> bool:
         """Take the topics of a file without index, from its first messages."""
@@ -184,6 +201,11 @@ class Bag:
             # In the order of the file.  An index, which is not needed, may be missing, and rosbags
             # reads no file without one whose messages are not sorted by time.
             yield from _stream(part)
+            return
+        if part.is_file():
+            topics = read_topics(part)
+            for number, received, data in read_messages(part):
+                yield Message(*topics[number], received, data)
             return
         with Reader(part) as reader:
             for connection, received, data in reader.messages():

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 # Entries of the history that is kept for the plot, whatever the length of the recording.
 _ENTRIES = 4096
+# Resets that are kept for it.
+_RESETS = 100
 
 
 class ErrorEntry(NamedTuple):
@@ -21,7 +23,7 @@ class ErrorEntry(NamedTuple):
     Attributes
     ----------
     time
-        Simulated time at the end, s.
+        Simulated since the beginning, s: a reset does not return to zero.
     largest, rms
         Largest distance of a particle, and the root of the mean square, m; of several ticks the
         largest of each.
@@ -52,6 +54,8 @@ class ErrorHistory:
         Number of ticks.
     last
         The last tick.
+    resets
+        Times at which the cloth was reset, s since the beginning; the first ones.
 
     """
 
@@ -65,14 +69,23 @@ class ErrorHistory:
         self.entries: list[ErrorEntry] = []
         self.largest, self.count = 0.0, 0
         self.last = ErrorEntry(0.0, 0.0, 0.0)
+        self.resets: list[float] = []
+        self._elapsed = 0.0
         self._sum = 0.0
         self._ticks_each = 1
         self._part: list[ErrorEntry] = []
 
+    def advance(self, seconds: float, *, reset: bool) -> None:
+        """Pass over a tick of some length, s, before which the cloth may have been reset."""
+        if reset and len(self.resets) < _RESETS:
+            self.resets.append(self._elapsed)
+        self._elapsed += seconds
+
     def add(self, stamp: int, time: float, distance: NDArray[np.float64]) -> None:
-        """Add the distances of all particles, m, at a time, s, of a state stamped in ns."""
+        """Add the distances of all particles, m, at a simulated time, s, stamped in ns."""
         mean_square = float(np.mean(distance**2))
-        entry = self.last = ErrorEntry(time, float(distance.max()), math.sqrt(mean_square))
+        largest, rms = float(distance.max()), math.sqrt(mean_square)
+        entry = self.last = ErrorEntry(self._elapsed, largest, rms)
         if self._file is not None:
             self._rows.writerow([stamp, f'{time:.9g}', f'{entry.largest:.6g}', f'{entry.rms:.6g}'])
         self.largest = max(self.largest, entry.largest)

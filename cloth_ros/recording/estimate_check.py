@@ -16,8 +16,9 @@ from .timeline import Entry, Gap, Start, Step, timeline
 
 # Ticks in which the window of an estimate is looked for; it is evaluated some seconds later.
 _RECENT = 20_000
-# Estimates that wait for their ticks, and ticks after which these are looked for.
-_WAITING, _EVERY = 100, 30
+# Published times have six digits: their rounding, as a share of the time, and the most of it that
+# still tells which tick is meant, as a share of that.
+_ROUNDED, _NEAR = 5e-6, 0.25
 # Of the tolerance that is given up, in a finer run that was not described.
 _FINER = 0.01
 
@@ -47,38 +48,42 @@ class CheckedEstimate(NamedTuple):
     found: float
 
 
+class _Tick(NamedTuple):
+    """A tick that was repeated: its number, simulated time at its end and length, s."""
+
+    number: int
+    time: float
+    seconds: float
+    changed: bool  # before it moved: no window goes on from the ticks before
+
+
 def find_windows(recorded: RecordedCloth) -> list[Window]:
     """Return the windows of the estimates in a recording, without those whose ticks are lost."""
-    ticks: deque[tuple[int, float, float]] = deque(maxlen=_RECENT)
-    waiting: deque[LiveEstimate] = deque(maxlen=_WAITING)
+    ticks: deque[_Tick] = deque(maxlen=_RECENT)
+    waiting: deque[LiveEstimate] = deque()  # for the last tick before they were published
     windows: list[Window] = []
     known: LiveEstimate | None = None
 
-    def find() -> None:
-        while waiting and (window := _window(ticks, waiting[0])):
-            windows.append(window)
-            waiting.popleft()
+    def find(until: int) -> None:
+        while waiting and waiting[0].tick <= until:
+            window = _window(ticks, waiting.popleft())
+            if window is not None:
+                windows.append(window)
 
     for entry in timeline(recorded):
         if isinstance(entry, Step):
-            ticks.append((entry.record.tick, entry.record.time, entry.record.seconds))
-            if waiting and entry.record.tick % _EVERY == 0:
-                find()
+            record = entry.record
+            find(record.tick - 1)
+            ticks.append(_Tick(record.tick, record.time, record.seconds, bool(record.changes)))
         elif isinstance(entry, (Gap, Start)):
-            find()
+            find(ticks[-1].number if ticks else 0)
             ticks.clear()
-            waiting.clear()
+            waiting.clear()  # those of lost ticks, whose numbers may come again
         elif isinstance(entry, LiveEstimate) and not _same(entry, known):
             known = entry
-            waiting.append(entry)  # its ticks may be held for states that are to come
-    find()
+            waiting.append(entry)
+    find(ticks[-1].number if ticks else 0)
     return windows
-
-
-def _window(ticks: deque[tuple[int, float, float]], estimate: LiveEstimate) -> Window | None:
-    last = _tick_at(ticks, estimate.time)
-    first = None if last is None else _tick_at(ticks, estimate.time - estimate.seconds, last)
-    return None if last is None or first is None else Window(first, last, estimate)
 
 
 def _same(first: LiveEstimate, second: LiveEstimate | None) -> bool:
@@ -88,13 +93,30 @@ def _same(first: LiveEstimate, second: LiveEstimate | None) -> bool:
     )
 
 
-def _tick_at(
-    ticks: deque[tuple[int, float, float]], time: float, before: int | None = None
-) -> int | None:
-    """Return the last tick after which the simulated time was that, s; it is rounded."""
-    for number, ended, seconds in reversed(ticks):
-        if (before is None or number < before) and abs(ended - time) <= 0.5 * seconds:
-            return number
+def _window(ticks: deque[_Tick], estimate: LiveEstimate) -> Window | None:
+    """
+    Return the window of an estimate; None if its ticks are not known.
+
+    It ends with the last tick before the estimate at the end of which the simulated time was
+    right, but for rounding: after a reset, times come again.  After a quarter of an hour, times
+    are rounded too much.
+    """
+    last, seconds = None, 0.0
+    for each in reversed(ticks):
+        if last is None:
+            if (
+                each.number > estimate.tick
+                or abs(each.time - estimate.time) > _NEAR * each.seconds
+            ):
+                continue
+            if _ROUNDED * estimate.time > _NEAR * each.seconds:
+                return None
+            last = each.number
+        seconds += each.seconds
+        if each.seconds > 0 and abs(seconds - estimate.seconds) <= _NEAR * each.seconds:
+            return Window(each.number - 1, last, estimate)
+        if each.changed or seconds > estimate.seconds:
+            return None
     return None
 
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
+import re
 import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..command import Parser, run_command
 from ..interrupt import StopSignal
 from ..scene.parameter_file import read_value
-from .command import Parser, ProgressBar, run_command
+from .progress_bar import ProgressBar
 
 _PRECISIONS = ('single', 'double', 'auto')
 
@@ -34,7 +37,9 @@ def _parser() -> argparse.ArgumentParser:
     new.add_argument('--precision', choices=_PRECISIONS, help='of the numbers')
     new.add_argument('--tolerance', type=float, metavar='M', help='position error aimed for [m]')
     new.add_argument(
-        '--grid', type=float, metavar='FACTOR', help='so many times as fine a grid: 2, 0.5, …'
+        '--grid',
+        metavar='FACTOR or ROWSxCOLUMNS',
+        help='so many times as fine a grid: 2, 0.5, …; or its particles',
     )
     new.add_argument(
         '--set', action='append', default=[], metavar='NAME=VALUE', help='any other parameter'
@@ -74,6 +79,24 @@ def _changes(options: argparse.Namespace) -> dict[str, Any]:
     return changes
 
 
+def _refinement(text: str | None) -> float | tuple[int, int]:
+    """Return a factor of the grid, or its rows and columns; raises ValueError."""
+    if text is None:
+        return 1.0
+    if sides := re.fullmatch(r'(\d{1,9})[x×](\d{1,9})', text):
+        return int(sides[1]), int(sides[2])
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 0 < factor <= 100:
+        raise ValueError(
+            f'--grid is {text}, but must be a factor above 0 and at most 100, or rows and columns '
+            'such as 63x63; write 2'
+        )
+    return factor
+
+
 def _bags(path: Path) -> list[Path]:
     """Return the bags in a folder of bags; empty if the path is a bag itself."""
     from .bag import is_bag
@@ -90,9 +113,7 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
         from .run import Outcome, check_estimates, repeat, resimulate
 
     changes = _changes(options)
-    refinement = 1.0 if options.grid is None else options.grid
-    if not 0 < refinement <= 100:
-        raise ValueError(f'--grid is {refinement:g}, but must be above 0 and at most 100; write 2')
+    refinement = _refinement(options.grid)
     settings = None
     if changes or options.grid is not None or options.errors:
         settings = Settings(changes, refinement, options.errors)
@@ -136,7 +157,9 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
 def main(args: Sequence[str] | None = None) -> int:
     """Do what the command line says until Ctrl-C; return the exit code."""
     options = _parser().parse_args(args)
-    return run_command('cloth_resimulate', 'recording', partial(_run, options))
+    run = partial(_run, options)
+    stopped = 'what was written is complete'
+    return run_command('cloth_resimulate', 'recording', run, stopped=stopped)
 
 
 if __name__ == '__main__':

@@ -25,8 +25,11 @@ def draw(run: Resimulation, title: str, path: Path) -> None:
     entries = run.history.entries
     _line(axes, entries, 'largest', 'largest error of any particle', _LARGEST)
     _line(axes, entries, 'rms', 'root mean square of all particles', _RMS)
+    for number, time in enumerate(run.history.resets):
+        label = 'reset' if number == 0 else None
+        axes.axvline(time, color='#777777', linestyle=':', label=label)
     axes.set_yscale('log')
-    axes.set_xlabel('simulated time [s]')
+    axes.set_xlabel('simulated since the beginning [s]')
     axes.set_ylabel('distance from the new run [mm]')
     axes.set_title(title, fontsize='medium')
     axes.yaxis.set_major_formatter('{x:g}')

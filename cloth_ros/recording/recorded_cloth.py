@@ -51,12 +51,15 @@ class LiveEstimate(NamedTuple):
         Of any particle, m.
     seconds, time
         Length of the window, and simulated time at its end, s.
+    tick
+        Number of the last tick whose record was received before it.
 
     """
 
     largest: float
     seconds: float
     time: float
+    tick: int = 0
 
 
 Event = TickRecord | Keyframe | Particles | LiveEstimate | Message

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..live.keyframe import INTERVAL
-from ..live.tick_record import CONFIGURED
+from ..live.tick_record import CONFIGURED, RESET
 from ..model import check_scene
 from ..model.resample import resample_scene
 from ..scene import Scene
@@ -33,27 +33,49 @@ class Settings:
     parameters
         Those that differ from the recorded scene, by name.
     refinement
-        Divisor of the spacing of the grid.
+        Divisor of the spacing of the grid; or its rows and columns.
     errors
         Whether to write the error of each particle to the new bag.
 
     """
 
     parameters: Mapping[str, Any] = field(default_factory=dict)
-    refinement: float = 1.0
+    refinement: float | tuple[int, int] = 1.0
     errors: bool = False
 
     def scene(self, recorded: Scene) -> Scene:
         """Return the scene to simulate for a recorded one; raises ValueError."""
         scene = recorded.with_parameters(self.parameters)
-        finer = resample_scene(scene, self.refinement)
+        factor = self._factor(scene)
+        finer = resample_scene(scene, factor)
         if finer is None:
             raise ValueError(
-                f'--grid is {self.refinement:g}, but a side must have 3 to 512 particles, and '
-                'pins that can be written; choose a value nearer to 1'
+                f'--grid is {self._grid}, but a side must have 3 to 512 particles, and '
+                'pins that can be written; choose a grid nearer to the recorded one'
             )
         check_scene(finer)
         return finer
+
+    @property
+    def _grid(self) -> str:
+        """The grid as it is given on the command line."""
+        if isinstance(self.refinement, tuple):
+            return 'x'.join(str(count) for count in self.refinement)
+        return f'{self.refinement:g}'
+
+    def _factor(self, scene: Scene) -> float:
+        """Return the divisor of the spacing; raises ValueError if its sides have several."""
+        if not isinstance(self.refinement, tuple):
+            return self.refinement
+        (new, other), sides = self.refinement, (scene.sheet.rows, scene.sheet.columns)
+        factor = (new - 1) / (sides[0] - 1) if sides[0] > 1 else (other - 1) / max(sides[1] - 1, 1)
+        wanted = tuple(round((side - 1) * factor) + 1 for side in sides)
+        if wanted != self.refinement:
+            raise ValueError(
+                f'--grid is {self._grid}, but the spacing must change alike along both sides of '
+                f'{sides[0]} × {sides[1]} particles; write {wanted[0]}x{wanted[1]}'
+            )
+        return factor
 
 
 class Resimulation:
@@ -130,6 +152,8 @@ class Resimulation:
     def _step(self, entry: Step) -> None:
         record = entry.record
         self._other.repeat(record)
+        reset = any(change.kind == RESET for change in record.changes)
+        self.history.advance(record.seconds, reset=reset)
         if entry.recorded is not None:
             positions = entry.recorded[..., :3].astype(float)
             rows, columns, _ = positions.shape

@@ -183,9 +183,9 @@ def _table(run: Resimulation) -> list[str]:
     """Return the error over time in some lines."""
     entries = run.history.entries
     chosen = [entries[len(entries) * part // 8 - 1] for part in range(1, 9) if len(entries) >= 8]
-    lines = ['simulated time [s]   largest error [mm]   rms error [mm]']
+    lines = ['simulated for [s]   largest error [mm]   rms error [mm]']
     lines += [
-        f'{entry.time:18.2f}   {1e3 * entry.largest:18.4g}   {1e3 * entry.rms:14.4g}'
+        f'{entry.time:17.2f}   {1e3 * entry.largest:18.4g}   {1e3 * entry.rms:14.4g}'
         for entry in chosen or entries
     ]
     return lines

@@ -93,6 +93,8 @@ class _Timeline:
                     self._states.popitem(last=False)
             elif isinstance(event, Keyframe):
                 yield from self._take_keyframe(event)
+            elif isinstance(event, LiveEstimate):
+                yield event._replace(tick=0 if self._last is None else self._last.tick)
             else:
                 yield event
             yield from self._ready(final=False)

@@ -6,39 +6,24 @@ import argparse
 import importlib.util
 import json
 import math
-import re
-import signal
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
 
+from ..command import Parser, run_command
 from ..interrupt import StopSignal
 from ..scene import Scene
 from ..scene.parameter import checked_vector
 
 _LONGEST = 60.0  # s
-_NEGATIVE = re.compile(r'-(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$|-(inf|nan)$')
 # Used by the study only, so not required by the package.
 _LIBRARIES = ('matplotlib', 'scipy', 'tqdm')
 
 
-class _Parser(argparse.ArgumentParser):
-    """Argument parser with error messages of one line, which takes -1e-1 for a number."""
-
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        # That of Python 3.11 takes it for an option.
-        self._negative_number_matcher = _NEGATIVE
-
-    def error(self, message: str) -> NoReturn:
-        """Print the error in one line and exit with code 2."""
-        self.exit(2, f'{self.prog}: {message}; see {self.prog} --help\n')
-
-
 def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(
+    parser = Parser(
         prog='cloth_tradeoff',
         description='Measure the cost and the error of solver settings on this machine: a plot, '
         'tables, JSON and a recommendation for each scene.',
@@ -197,7 +182,7 @@ def _study(
     print(recommendation_text(result), flush=True)
 
 
-def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
+def _run(arguments: argparse.Namespace, stop: StopSignal) -> int:
     """Check the arguments and the installation, then study each scene."""
     if arguments.seconds is not None:
         _positive('--seconds', arguments.seconds)
@@ -221,34 +206,14 @@ def _run(arguments: argparse.Namespace, stop: StopSignal) -> None:
                 f'--out {arguments.out}: {error.strerror}; give a folder to write to'
             ) from None
         _study(name, scene, arguments, folder, stop)
-
-
-def _explain(error: BaseException) -> int:
-    """Print in one line why there is no study and return the exit code; raise other errors."""
-    if isinstance(error, ModuleNotFoundError):
-        reason = f"{error.name} is not installed; pip install 'cloth_ros[tradeoff]'"
-    elif isinstance(error, (ValueError, OSError)):
-        reason = str(error)
-    else:
-        raise error
-    print(f'cloth_tradeoff: {reason}', file=sys.stderr)
-    return 2
+    return 0
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Study the scenes of the command line until Ctrl-C; return the exit code."""
-    arguments = _parser().parse_args(args)
-    stop = StopSignal(signal.SIGINT)
-    try:
-        _run(arguments, stop)
-    except BaseException as error:
-        if not stop.requested:
-            return _explain(error)
-        print('\ncloth_tradeoff: stopped; the same command continues from here', file=sys.stderr)
-        return 130
-    finally:
-        stop.restore()
-    return 0
+    run = partial(_run, _parser().parse_args(args))
+    stopped = 'the same command continues from here'
+    return run_command('cloth_tradeoff', 'tradeoff', run, stopped=stopped)
 
 
 if __name__ == '__main__':

@@ -121,6 +121,20 @@ def test_a_slow_evaluation_halves_the_window(monkeypatch):
     assert any(b == pytest.approx(a / 2, abs=TICK) for a, b in itertools.pairwise(lengths))
 
 
+def test_a_window_is_shorter_where_the_solutions_part():
+    """A free sheet that crumples in the wind: a distance beyond 1/20 of the spacing halves it."""
+    cloth = Cloth(scene(pins=[''], wind__velocity=(0.0, 4.0, 1.0), sheet__rows=24))
+    close = 0.05 * cloth.scene.sheet.shortest_spacing
+    estimates = run(cloth, ErrorEstimator(cloth), 240)
+    pairs = list(itertools.pairwise(estimates))
+    assert any(first.largest > close for first, _ in pairs)
+    for first, second in pairs:
+        if first.largest > close:
+            assert second.seconds <= 0.5 * first.seconds + TICK
+        else:
+            assert second.seconds == pytest.approx(min(2 * first.seconds, 1.0), abs=TICK)
+
+
 def test_a_restart_follows_the_new_scene_and_another_cloth():
     cloth = Cloth(scene())
     estimator = ErrorEstimator(cloth)

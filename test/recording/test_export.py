@@ -13,8 +13,8 @@ import pytest
 from pxr import Usd, UsdGeom
 from ros import Process
 
+from cloth_ros.command import run_command
 from cloth_ros.recording.bag import Bag
-from cloth_ros.recording.command import run_command
 from cloth_ros.recording.export.export import export
 from cloth_ros.recording.export.main import main
 from cloth_ros.recording.export.mesh_writer import writer_for
@@ -137,6 +137,21 @@ def test_frames_of_a_regular_rate_are_the_nearest_states(bag, tmp_path):
     assert_states(positions, velocities, nearest)
 
 
+def test_a_jump_of_the_clock_is_not_filled_with_frames(tmp_path, capsys):
+    """A pause of half a minute is; a day would be a million frames."""
+    times = [0.0, 0.1, 30.1, 30.2, 86430.15, 86430.2]
+    bag = write_bag(tmp_path / 'bag', *((time, state(n)) for n, time in enumerate(times)))
+    assert main([str(bag), str(tmp_path / 'cloth.usdc'), '--fps', '10']) == 0
+    codes, positions, _, _ = read_usd(tmp_path / 'cloth.usdc')
+    assert len(codes) == 303 + 1
+    np.testing.assert_allclose(codes[-2:], [30.2, 86430.2])
+    assert positions[-1].tobytes() == state(5).reshape(-1, 6)[:, :3].tobytes()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith('no state for 86400 s behind 30.200 s: no frames there; --end 31 ')
+    assert main([str(bag), str(tmp_path / 'part.usdc'), '--fps', '10', '--end', '31']) == 0
+    assert read_usd(tmp_path / 'part.usdc')[0][-1] == pytest.approx(30.2)
+
+
 def test_a_part_begins_at_time_zero(bag, tmp_path):
     arguments = [str(bag), str(tmp_path / 'cloth.usdc'), '--start', '0.03', '--end', '0.11']
     assert main(arguments) == 0
@@ -239,8 +254,8 @@ def test_after_ctrl_c_the_file_is_complete(bag, tmp_path, name, capsys):
         export(bag, None, partial(writer_for(path), path), 0.0, 1.0, 0.0, progress)
         raise AssertionError('it was not stopped')
 
-    assert run_command('cloth_export', 'export', run) == 130
-    assert 'cloth_export: stopped; what was written is complete' in capsys.readouterr().err
+    assert run_command('cloth_export', 'export', run, stopped='it is complete') == 130
+    assert 'cloth_export: stopped; it is complete' in capsys.readouterr().err
     _, positions, velocities, _ = (read_usd if name.endswith('usda') else read_pvd)(path)
     assert_states(positions, velocities, [0, 1, 2])
 

@@ -270,6 +270,9 @@ def test_other_files_are_refused_in_one_line(bag, tmp_path, capsys):
         (['--set', 'draf=1'], "'drag'"),
         (['--tolerance', '-1'], 'solver.tolerance'),
         (['--grid', '0'], '--grid is 0'),
+        (['--grid', 'fine'], '--grid is fine'),
+        (['--grid', '79x80'], 'write 79x79'),
+        (['--grid', '2x2'], '--grid is 2x2'),
         (['--grid', '0.02'], '--grid is 0.02'),
     ):
         assert text in refusal(capsys, bag, *arguments, '--out', tmp_path / 'out')

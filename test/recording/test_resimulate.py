@@ -10,13 +10,12 @@ import time
 import numpy as np
 import pytest
 from builders import ROOT, scene_of
-from recordings import record
-from rosbags.typesys import Stores, get_typestore
+from recordings import diagnostics, record
 
 from cloth_ros import Cloth
 from cloth_ros.live.tick_record import decode_record
 from cloth_ros.recording import run
-from cloth_ros.recording.bag import Bag, Message, deserialise
+from cloth_ros.recording.bag import Bag, deserialise
 from cloth_ros.recording.main import main
 from cloth_ros.recording.output_bag import OutputBag
 from cloth_ros.recording.resimulation import Settings
@@ -88,56 +87,54 @@ def test_with_the_same_scene_there_is_no_error_on_any_grid(bag, tmp_path):
     errors = [row[2] for row in rows(tmp_path / 'fine')]
     assert 1e-4 < max(errors) < 0.1
     assert {(cloud.height, cloud.width) for cloud in states(tmp_path / 'fine/bag')} == {(15, 17)}
+    assert main([str(bag), '--grid', '15x17', '--out', str(tmp_path / 'sides')]) == 0
+    assert rows(tmp_path / 'sides') == rows(tmp_path / 'fine')
 
 
-def diagnostics(time, age, window, error):
-    """Return a message of the node, in which numbers have six digits."""
-    types = get_typestore(Stores.ROS2_JAZZY)
-    values = {
-        'simulated time [s]': time,
-        'error estimate [m]': error,
-        'error estimate, window [s]': window,
-        'error estimate, age [s]': age,
+def test_estimates_are_compared_with_the_error_in_their_windows(tmp_path):
+    """
+    Of the ticks 11 to 20, published after the tick 30: after a reset, their times come again.
+
+    One of ticks before the first keyframe, one across the reset, and one of ticks that have
+    another length have no window, and do not hide it.
+    """
+
+    def act(live, tick):
+        if tick == 31:
+            live.reset()
+        blow(live, tick)
+
+    bag = record(tmp_path / 'session', SCENE, 60, act)
+    published = {  # after a tick: simulated time then, last tick and ticks of the window, error
+        30: [(30, 5, 10, 1.0), (30, 20, 10, 1e-5)],
+        45: [(15, 5, 10, 2.0), (15, 12, 7.5, 3.0)],
+        60: [(30, 25, 5, 2e-5)],
     }
-    make_value = types.types['diagnostic_msgs/msg/KeyValue']
-    status = types.types['diagnostic_msgs/msg/DiagnosticStatus'](
-        level=0,
-        name='/cloth: simulation',
-        message='',
-        hardware_id='',
-        values=[make_value(key=key, value=f'{value:.6g}') for key, value in values.items()],
-    )
-    stamp = types.types['builtin_interfaces/msg/Time'](sec=0, nanosec=0)
-    header = types.types['std_msgs/msg/Header'](stamp=stamp, frame_id='')
-    kind = 'diagnostic_msgs/msg/DiagnosticArray'
-    message = types.types[kind](header=header, status=[status])
-    return kind, bytes(types.serialize_cdr(message, kind))
-
-
-def test_estimates_are_compared_with_the_error_in_their_windows(bag, tmp_path):
-    """Of the ticks 11 to 20, published after the tick 30; that of the first ticks is not known."""
     part = OutputBag(tmp_path / 'bag', '/cloth', 'world')
     for message in Bag(bag).messages():
         part.copy(message)
-        if message.topic == '/cloth/ticks' and decode_record(deserialise(message).data).tick == 30:
-            for last, error in ((20, 1e-5), (5, 1.0)):
-                kind, data = diagnostics(30 * PERIOD, (30 - last) * PERIOD, 10 * PERIOD, error)
-                part.copy(Message('/diagnostics', kind, message.received, data))
+        if message.topic == '/cloth/ticks':
+            tick = decode_record(deserialise(message).data).tick
+            for now, last, window, error in published.get(tick, ()):
+                times = now * PERIOD, (now - last) * PERIOD, window * PERIOD
+                part.copy(diagnostics(message.received, *times, error))
     part.close()
-    settings = Settings(FINE)
-    (found,) = run.check_estimates(tmp_path / 'bag', None, settings, lambda *_: None).result[
-        'estimates'
-    ]
+    found = run.check_estimates(tmp_path / 'bag', None, Settings(FINE), lambda *_: None)
     coarse, fine = Cloth(SCENE), Cloth(SCENE.with_parameters(FINE))
-    for tick in range(1, 21):
-        for cloth in (coarse,) if tick <= 10 else (coarse, fine):
+    errors, windows = [], {(10, 20), (50, 55)}
+    for tick in range(1, 61):
+        if tick == 31:
+            coarse.reset()
+        for cloth in (coarse, fine):
             cloth.wind = (0.0, 3.0 + 0.05 * tick, 0.0)
             cloth.advance(PERIOD)
-        if tick == 10:
+        if tick in {last for _, last in windows}:
+            errors.append(np.linalg.norm(fine.positions - coarse.positions, axis=-1).max())
+        if tick in {first for first, _ in windows}:
             fine.restore(coarse.snapshot())
-    error = np.linalg.norm(fine.positions - coarse.positions, axis=-1).max()
-    assert found['found'] == pytest.approx(error, rel=1e-9)
-    assert found['largest'] == 1e-5
+    estimates = found.result['estimates']
+    assert [each['largest'] for each in estimates] == [1e-5, 2e-5]
+    assert [each['found'] for each in estimates] == pytest.approx(errors, rel=1e-9)
 
 
 def test_a_loaded_state_is_in_the_new_bag(tmp_path):
@@ -153,6 +150,22 @@ def test_a_loaded_state_is_in_the_new_bag(tmp_path):
     again = run.repeat(tmp_path / 'new/bag', None, lambda *_: None)
     assert again.identical, again.lines
     assert again.result['states'] == 29
+
+
+def test_the_error_over_time_goes_on_behind_a_reset(tmp_path, capsys):
+    def act(live, tick):
+        if tick == 21:
+            live.reset()
+        blow(live, tick)
+
+    path = record(tmp_path / 'bag', SCENE, 41, act)
+    assert main([str(path), '--substeps', '40', '--out', str(tmp_path / 'new')]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith('simulated for [s]')
+    times = [float(line.split()[0]) for line in lines[1:9]]
+    assert times == pytest.approx([5 * part * PERIOD for part in range(1, 9)], abs=0.006)
+    # The simulated time of each state, which begins again.
+    assert [row[1] for row in rows(tmp_path / 'new')][-1] == pytest.approx(21 * PERIOD)
 
 
 def test_results_that_exist_are_kept(bag, tmp_path, capsys):

@@ -39,10 +39,15 @@ Receive = Callable[[float], None]
 def subscriber() -> Iterator[Receive]:
     """Subscribe as RViz does; what is returned spins until there were so many messages."""
     with probing(DOMAIN) as probe:
-        received: list[bytes] = []
+        received = 0  # the messages are not kept: they are hundreds of megabytes a minute
+
+        def take(_: bytes) -> None:
+            nonlocal received
+            received += 1
+
         for kind, topic in ((PointCloud2, 'particles'), (MarkerArray, 'markers')):
-            probe.create_subscription(kind, f'/cloth/{topic}', received.append, DEPTH, raw=True)
-        yield lambda count: probe.spin_until(lambda: len(received) >= count, float('inf'))
+            probe.create_subscription(kind, f'/cloth/{topic}', take, DEPTH, raw=True)
+        yield lambda count: probe.spin_until(lambda: received >= count, float('inf'))
 
 
 def subscribe() -> None:

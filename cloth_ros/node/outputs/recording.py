@@ -73,6 +73,15 @@ class RecordingOutput:
             self._keyframes.publish(UInt8MultiArray(data=array.array('B', data)))
 
     def _publish_scene(self) -> None:
-        if self._live.scene is not self._scene:
-            self._scene = self._live.scene
-            self._scenes.publish(String(data=scene_text(self._scene)))
+        """
+        Publish the scene if it has changed.
+
+        Not before the first subscriber, as it takes as long as many substeps to write.  From then
+        on at once: a late subscriber gets the last one.
+        """
+        scene = self._live.scene
+        if scene is self._scene or (self._scene is None and not self._scenes.wanted):
+            return
+        if scene != self._scene:
+            self._scenes.publish(String(data=scene_text(scene)))
+        self._scene = scene

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..bag import Bag
 from .mesh_writer import MeshWriter, Sheet
-from .particle_history import ParticleHistory, frames
+from .particle_history import Frames, ParticleHistory
 
 
 def export(
@@ -32,7 +32,7 @@ def export(
     make_writer
         Makes the file.
     start, end, fps
-        Which frames, see `frames`.
+        Which frames, see `Frames`.
     progress
         Called for each state with the number that was read, and of how many; 0: unknown.
 
@@ -49,8 +49,9 @@ def export(
     rate = fps or history.rate()
     writer: MeshWriter | None = None
     count, last = 0, 0.0
+    frames = Frames(history.states(progress), start, end, fps)
     try:
-        for frame in frames(history.states(progress), start, end, fps):
+        for frame in frames:
             if writer is None:
                 rows, columns = history.grid
                 if min(rows, columns) < 2:
@@ -75,6 +76,19 @@ def export(
     left_out = [f'{number} states left out: {why}' for why, number in history.left_out.items()]
     return [
         f'{count} frames of {rows} × {columns} particles, {last:.3f} s',
+        *_jump_line(frames.jumps, start),
         *left_out,
         *bag.defects,
+    ]
+
+
+def _jump_line(jumps: list[tuple[float, float]], start: float) -> list[str]:
+    """Return what is to be said of jumps of the clock: one line, or none."""
+    if not jumps:
+        return []
+    (time, gap), more = jumps[0], len(jumps) - 1
+    others = f', and {more} times more' if more else ''
+    return [
+        f'no state for {gap:.6g} s behind {time:.3f} s{others}: no frames there; '
+        f'--end {start + time + 1:.0f} ends before it'
     ]

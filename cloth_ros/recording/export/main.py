@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
+from ...command import Parser, run_command
 from ...interrupt import StopSignal
-from ..command import Parser, ProgressBar, run_command
+from ..progress_bar import ProgressBar
 from .mesh_writer import FORMATS
 
 
@@ -93,7 +94,9 @@ def _run(options: argparse.Namespace, stop: StopSignal) -> int:
 def main(args: Sequence[str] | None = None) -> int:
     """Do what the command line says until Ctrl-C; return the exit code."""
     options = _parser().parse_args(args)
-    return run_command('cloth_export', 'export', partial(_run, options))
+    run = partial(_run, options)
+    stopped = 'what was written is complete'
+    return run_command('cloth_export', 'export', run, stopped=stopped)
 
 
 if __name__ == '__main__':

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from itertools import islice
 
@@ -13,6 +14,8 @@ from .mesh_writer import Frame
 
 # States from which the rate is measured.
 _MEASURED = 100
+# Longest time between two states, s, that is filled with frames: a pause of the cloth, perhaps.
+_LONGEST_GAP = 60.0
 
 
 class ParticleHistory:
@@ -103,9 +106,9 @@ class ParticleHistory:
         return float(round(rate)) if rate >= 1.0 else rate
 
 
-def frames(states: Iterator[Particles], start: float, end: float, fps: float) -> Iterator[Frame]:
+class Frames:
     """
-    Yield frames.
+    Frames of some states.
 
     Parameters
     ----------
@@ -116,9 +119,46 @@ def frames(states: Iterator[Particles], start: float, end: float, fps: float) ->
     fps
         Rate of the frames, Hz, each of which is the nearest state; 0: each state is a frame.
 
+    Attributes
+    ----------
+    jumps
+        Where there is no state for so long that there are no frames either, as where the clock has
+        jumped: s after the first frame, and how long, s; known when the frames have been taken.
+
     """
-    chosen = _between(states, start, end)
-    return _every_state(chosen) if fps == 0.0 else _nearest_states(chosen, fps)
+
+    def __init__(self, states: Iterator[Particles], start: float, end: float, fps: float) -> None:
+        self._states, self._fps = _between(states, start, end), fps
+        self.jumps: list[tuple[float, float]] = []
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield the frames, once."""
+        return self._every_state() if self._fps == 0.0 else self._nearest_states()
+
+    def _every_state(self) -> Iterator[Frame]:
+        first = None
+        for state in self._states:
+            first = state.stamp if first is None else first
+            yield _frame(1e-9 * (state.stamp - first), state)
+
+    def _nearest_states(self) -> Iterator[Frame]:
+        fps, number, before, first = self._fps, 0, None, 0
+        for state in self._states:
+            if before is None:
+                first = state.stamp
+            else:
+                gap = 1e-9 * (state.stamp - before.stamp)
+                if gap > _LONGEST_GAP:
+                    self.jumps.append((1e-9 * (before.stamp - first), gap))
+                    number = max(math.ceil(fps * 1e-9 * (state.stamp - first)), number)
+                # Frames up to this state: those before the middle belong to the state before.
+                while (time := number * 1e9 / fps) <= state.stamp - first:
+                    near = before if 2 * time <= before.stamp + state.stamp - 2 * first else state
+                    yield _frame(number / fps, near)
+                    number += 1
+            before = state
+        if before is not None and number == 0:
+            yield _frame(0.0, before)
 
 
 def _between(states: Iterator[Particles], start: float, end: float) -> Iterator[Particles]:
@@ -130,29 +170,6 @@ def _between(states: Iterator[Particles], start: float, end: float) -> Iterator[
             return
         if time >= start:
             yield state
-
-
-def _every_state(states: Iterator[Particles]) -> Iterator[Frame]:
-    first = None
-    for state in states:
-        first = state.stamp if first is None else first
-        yield _frame(1e-9 * (state.stamp - first), state)
-
-
-def _nearest_states(states: Iterator[Particles], fps: float) -> Iterator[Frame]:
-    number, before, first = 0, None, 0
-    for state in states:
-        if before is None:
-            first = state.stamp
-        else:
-            # Frames up to this state: those before the middle belong to the state before.
-            while (time := number * 1e9 / fps) <= state.stamp - first:
-                near = before if 2 * time <= before.stamp + state.stamp - 2 * first else state
-                yield _frame(number / fps, near)
-                number += 1
-        before = state
-    if before is not None and number == 0:
-        yield _frame(0.0, before)
 
 
 def _frame(time: float, state: Particles) -> Frame:
