@@ -66,7 +66,7 @@ def substep_length(scene: Scene) -> float:
     * every mode's frequency within 0.1 %, as far as that costs next to nothing.
     """
     if scene.solver.substeps:
-        return 1 / (scene.rate * scene.solver.substeps)
+        return 1 / scene.rate / scene.solver.substeps
     integrator = integrator_for(scene)
     limit = integrator.stable_step(*stability.rate_bounds(scene))
     longest = min(stability.SAFETY * limit, accurate_substep(scene))
