@@ -23,8 +23,6 @@ than without.
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from ..scene import Scene
@@ -33,11 +31,10 @@ from .forces.springs import (
     SPRING_TYPES,
     STENCIL,
     rest_length,
-    spring_families,
     stencil_offset,
 )
 from .grid import GHOST_DISTANCE_SQUARED
-from .kernels.jit import Kernel, inlined, kernel
+from .kernels.jit import inlined, kernel
 from .state import State
 
 # Particles whose bounds are compared in one iteration.
@@ -90,43 +87,34 @@ def _bound(position, mobility, i, first, second, rest, f, g, ghost, tiny):  # ty
     return greatest + a[4] + b[4] + c[4] + d[4]
 
 
-@functools.cache
-def _compose(structural: bool, shear: bool, bending: bool) -> Kernel:
-    """Compile the greatest bound of all particles, for the types of springs that a scene has."""
-
-    @kernel
-    def greatest_bound(position, mobility, begin, end, row, stiffness, rest, ghost, tiny):  # type: ignore[no-untyped-def]
-        number = position.dtype.type
-        row = np.uint64(row)
-        greatest = np.zeros(_LANES, position.dtype)
-        for start in range(np.uint64(begin), np.uint64(end), np.uint64(_LANES)):
-            for lane in range(np.uint64(_LANES)):
-                i = start + lane
-                f, g = mobility[0, i], mobility[1, i]
+@kernel
+def _greatest_bound(position, mobility, begin, end, row, stiffness, rest, ghost, tiny):  # type: ignore[no-untyped-def]
+    """Return the greatest bound of all particles; absent springs have no stiffness."""
+    number = position.dtype.type
+    row = np.uint64(row)
+    greatest = np.zeros(_LANES, position.dtype)
+    for start in range(np.uint64(begin), np.uint64(end), np.uint64(_LANES)):
+        for lane in range(np.uint64(_LANES)):
+            i = start + lane
+            f, g = mobility[0, i], mobility[1, i]
+            bound = stiffness[0] * _bound(
+                position, mobility, i, stencil_offset(0, row), stencil_offset(1, row),
+                rest[0], f, g, ghost, tiny,
+            )  # fmt: skip
+            bound += stiffness[1] * _bound(
+                position, mobility, i, stencil_offset(2, row), stencil_offset(3, row),
+                rest[1], f * g, f * g, ghost, tiny,
+            )  # fmt: skip
+            bound += stiffness[2] * _bound(
+                position, mobility, i, stencil_offset(4, row), stencil_offset(5, row),
+                rest[2], f, g, ghost, tiny,
+            )  # fmt: skip
+            if f * g > number(_CORNER):
                 bound = number(0)
-                if structural:
-                    bound += stiffness[0] * _bound(
-                        position, mobility, i, stencil_offset(0, row), stencil_offset(1, row),
-                        rest[0], f, g, ghost, tiny,
-                    )  # fmt: skip
-                if shear:
-                    bound += stiffness[1] * _bound(
-                        position, mobility, i, stencil_offset(2, row), stencil_offset(3, row),
-                        rest[1], f * g, f * g, ghost, tiny,
-                    )  # fmt: skip
-                if bending:
-                    bound += stiffness[2] * _bound(
-                        position, mobility, i, stencil_offset(4, row), stencil_offset(5, row),
-                        rest[2], f, g, ghost, tiny,
-                    )  # fmt: skip
-                if f * g > number(_CORNER):
-                    bound = number(0)
-                greatest[lane] = max(greatest[lane], bound)
-        for lane in range(np.uint64(1), np.uint64(_LANES)):
-            greatest[0] = max(greatest[0], greatest[lane])
-        return number(2) * greatest[0]
-
-    return greatest_bound
+            greatest[lane] = max(greatest[lane], bound)
+    for lane in range(np.uint64(1), np.uint64(_LANES)):
+        greatest[0] = max(greatest[0], greatest[lane])
+    return number(2) * greatest[0]
 
 
 class PresentStiffness:
@@ -141,8 +129,6 @@ class PresentStiffness:
     """
 
     def __init__(self, scene: Scene) -> None:
-        families = {family.name for family in spring_families(scene)}
-        self._present = [name in families for name in SPRING_TYPES]
         mass = scene.sheet.cell_mass
         self._stiffness = [getattr(scene.springs, name) / mass for name in SPRING_TYPES]
         # Of the two offsets of each type.
@@ -153,7 +139,7 @@ class PresentStiffness:
         """Return a bound of the stiffness per unit mass, 1/s²; NaN or inf if it is not finite."""
         grid, number = state.grid, state.dtype
         return float(
-            _compose(*self._present)(
+            _greatest_bound(
                 state.position,
                 state.mobility,
                 grid.begin,
