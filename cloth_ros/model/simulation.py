@@ -10,18 +10,19 @@ sheet.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from ..scene import Scene
 from .contact.contact import Contact
 from .contact.contact_snapshot import ContactSnapshot
+from .contact.interfaces import Observer
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
 from .grid import Grid, flat_sheet
+from .grippers.grippers import Grippers
 from .inputs import Inputs, Vector
 from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
@@ -49,18 +50,6 @@ _NO_INPUTS = Inputs()
 Steps = Callable[[SubstepBatch], tuple[Step, ...]]
 
 
-class SubstepObserver(Protocol):
-    """Receives every substep of a simulation."""
-
-    def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
-        """Receive the state after a kick and a drift, before contact."""
-        ...
-
-    def after_contact(self, state: State, step: Step) -> None:
-        """Receive the state after contact."""
-        ...
-
-
 class Simulation:
     """
     State of a scene and its time integration.
@@ -84,10 +73,12 @@ class Simulation:
         Particles, and simulated time, s.
     contact
         Contact with the colliders; None: the scene has none.
+    grippers
+        None: the scene has none.
     substeps
         Number of substeps of the last advance.
     work
-        Most work, J, that air and colliders can have done since the start or the last reset.
+        Most work, J, that air, colliders and grippers can have done since the start or last reset.
 
     """
 
@@ -96,7 +87,7 @@ class Simulation:
         scene: Scene,
         step_control: StepControl,
         energy_monitor: Callable[[Scene, type], EnergyMonitor] | None,
-        observer: SubstepObserver | None,
+        observer: Observer | None,
         rollbacks: RollbackCounts,
     ) -> None:
         dtype = _DTYPES[precision_for(scene)]
@@ -113,6 +104,9 @@ class Simulation:
         self._shapes: dict[str, Any] = {}
         if self.contact is not None:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
+        self.grippers: Grippers | None = None
+        if scene.grippers:
+            self.grippers = self._shapes['grippers'] = Grippers(scene, self.grid)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
         self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
@@ -146,6 +140,7 @@ class Simulation:
             contact=self._contact_snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
+            grippers=None if self.grippers is None else self.grippers.snapshot(),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -178,6 +173,8 @@ class Simulation:
             interior(velocity)[...] = interior(snapshot.velocity)
         self.time = snapshot.time
         self._take_work()
+        if self.grippers is not None:
+            self.grippers.restore(snapshot.grippers or {}, self.state)
         if self.contact is not None and snapshot.contact is not None:
             self.contact.restore(snapshot.contact, self.state, exact=exact)
         elif self.contact is not None:
@@ -188,6 +185,8 @@ class Simulation:
         if self._monitor is not None:
             self._monitor.reset()
         self._take_work()
+        if self.grippers is not None and moved:
+            self.grippers.place(self.state)
         if self.contact is not None:
             if moved:
                 self.contact.respawn(self.state)
@@ -198,37 +197,44 @@ class Simulation:
 
     def air_velocity(self, wind: Vector) -> Vector:
         """Return the velocity of the air now, m/s: wind and gusts."""
+        return self._air_at(self.time, wind)
+
+    def _air_at(self, time: float, wind: Vector) -> Vector:
         if self._gusts is None:
             return wind
-        x, y, z = (np.array(wind) + self._gusts.velocity(self.time)).tolist()
+        x, y, z = (np.array(wind) + self._gusts.velocity(time)).tolist()
         return (x, y, z)
 
     def advance_stepwise(self, seconds: float, inputs: Inputs) -> Iterator[None]:
         """Advance, and pause after each batch; see `Cloth.advance_stepwise`."""
         if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
+        if self.grippers is not None:
+            self.grippers.begin_advance(self.state, self.time, seconds, inputs)
         if self.contact is not None:
             self.contact.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
         end = self.time + seconds
         while self.time < end:
             begin, change = self.time, end
-            self._air_velocity = inputs.wind
             if self._gusts is not None:
                 change = min(end, self._gusts.next_change(begin))
-                gust = self._gusts.velocity(0.5 * (begin + change))
-                x, y, z = (np.array(inputs.wind) + gust).tolist()
-                self._air_velocity = (x, y, z)
+            self._air_velocity = self._air_at(0.5 * (begin + change), inputs.wind)
             substep = self.step_control.substep
             count = max(math.ceil((change - begin) / substep - ROUNDING), 1)
             h = (change - begin) / count
             if abs(h - substep) <= _EQUAL * substep:
                 h = substep
             for first in range(0, count, BATCH):
-                yield from self._batch(min(BATCH, count - first), h)
+                substeps = min(BATCH, count - first)
+                yield from self._batch(substeps, h)
+                if self.grippers is not None:
+                    self.grippers.slip(self.state, substeps * h)
             self.time = change
         if self.contact is not None:
             self.contact.end_advance(self.state)
+        if self.grippers is not None:
+            self.grippers.end_advance()
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -294,6 +300,7 @@ class Simulation:
             self._contact_snapshot(),
             None,  # the account of the monitor is not rolled back
             _NO_INPUTS,
+            None if self.grippers is None else self.grippers.snapshot(),
         )
 
     def _roll_back(self) -> None:
@@ -301,8 +308,10 @@ class Simulation:
         self._restore_motion(self._batch_start)
 
     def _take_work(self) -> float:
-        """Return the work of air and colliders since the last call, J; inf: unknown."""
+        """Return the work of air, colliders and grippers since the last call, J; inf: unknown."""
         work = 0.0 if self.contact is None else self.contact.take_work()
+        if self.grippers is not None:
+            work += self.grippers.take_work()
         return self._kick_drift.take_work() + work
 
     def _contact_snapshot(self) -> ContactSnapshot | None:
@@ -332,7 +341,9 @@ class Simulation:
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
         """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
         state, air_velocity, observer = self.state, self._air_velocity, self._observer
-        contact, time = self.contact, self.time
+        contact, grippers, time = self.contact, self.grippers, self.time
+        if grippers is not None:
+            grippers.begin_steps(state, time)
         if contact is not None and contact.may_act(state, seconds):
             contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
         else:
@@ -345,6 +356,8 @@ class Simulation:
             if contact is not None:
                 contact.pass_by(state, time, seconds)
         self.time = time + seconds
+        if grippers is not None:
+            grippers.end_steps(self.time)
 
     def _damped(self, h: float) -> KickDrift:
         """
@@ -372,17 +385,11 @@ class Simulation:
 
     def _idle(self, count: int) -> float:
         """Make `count` substeps of zero length; return the wall-clock time, s."""
-        position, velocity = self.state.position.copy(), self.state.velocity.copy()
         (batch, *_) = self.step_control.batches(
             self.state, count, self.step_control.substep, 1, 0.0
         )
         steps = self._integrator.steps(batch._replace(h=0.0))
-        start = time.perf_counter()
-        self._kick_drift.apply(self.state, steps, self._air_velocity)
-        seconds = time.perf_counter() - start
-        self._kick_drift.take_work()
-        self.state.position[...], self.state.velocity[...] = position, velocity
-        return seconds
+        return self._kick_drift.time_without_effect(self.state, steps, self._air_velocity)
 
     def warm_up_contact(self) -> None:
         """Compile the kernels of contact, so that the first contact causes no pause."""

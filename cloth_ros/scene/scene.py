@@ -18,6 +18,8 @@ import numpy as np
 from . import parameter_file
 from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
+from .gripper import GripperParameters, Grippers
+from .named_group import NamedGroup, check_distinct
 from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
@@ -230,7 +232,7 @@ class Solver(ParameterGroup):
 @dataclass(frozen=True)
 class Scene(ParameterGroup):
     """
-    A whole scene: the parameters of a cloth, of its air and of the colliders.
+    A whole scene: the parameters of a cloth, of its air, of colliders and grippers.
 
     >>> scene = Scene(sheet={'rows': 24, 'columns': 36, 'size': (1.5, 1.0)}, pins=['0,:'])  # m
     >>> scene = scene.with_parameters({'springs.bending': 5.0})  # N/m
@@ -258,6 +260,7 @@ class Scene(ParameterGroup):
     wind: Wind = field(default_factory=Wind)
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
+    gripper: Grippers = field(default_factory=Grippers)
     solver: Solver = field(default_factory=Solver)
     particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)
@@ -311,7 +314,7 @@ class Scene(ParameterGroup):
         Return this scene with the parameters of these dotted names changed, and checked.
 
         A change of ``collider.names`` removes the parameters of all colliders that it does not
-        name, except those given in the same change.
+        name, except those given in the same change; ``gripper.names`` those of grippers.
 
         Raises
         ------
@@ -330,7 +333,7 @@ class Scene(ParameterGroup):
         ]
         kept: dict[str, Any] = {}
         for name, value in self.children().items():
-            if isinstance(value, Colliders):  # as it is: there may be many, checked already
+            if isinstance(value, NamedGroup):  # as it is: there may be many, checked already
                 kept[name] = value.without(whole)
             else:
                 kept.update(value.flat() if isinstance(value, ParameterGroup) else {name: value})
@@ -342,12 +345,16 @@ class Scene(ParameterGroup):
         }
         scene = self.from_parameters({**kept, **changes})
         given = parameter_file.flat(changes)
-        if 'collider.names' not in given:
-            return scene
-        return replace(scene, collider=scene.collider.without_unnamed(given))
+        kept = {
+            name: group.without_unnamed(given)
+            for name, group in scene.children().items()
+            if isinstance(group, NamedGroup) and f'{name}.names' in given
+        }
+        return replace(scene, **kept) if kept else scene
 
     def check(self) -> None:
-        """Refuse pins that the sheet does not have; leave out those that pin nothing."""
+        """Refuse names used twice, and pins that there are not; leave out empty pins."""
+        check_distinct(self.collider, self.gripper)
         object.__setattr__(self, 'pins', tuple(pin for pin in self.pins if pin.strip()))
         self.pinned()
 
@@ -355,6 +362,11 @@ class Scene(ParameterGroup):
     def colliders(self) -> tuple[ColliderParameters, ...]:
         """The colliders of `collider.names`, in that order; the `sphere` is not among them."""
         return self.collider.named
+
+    @property
+    def grippers(self) -> tuple[GripperParameters, ...]:
+        """The grippers of `gripper.names`, in that order."""
+        return self.gripper.named
 
     def all_colliders(self) -> tuple[ColliderParameters, ...]:
         """Return all colliders of the scene: the sphere, if its radius is not 0, then others."""
