@@ -3,7 +3,8 @@
 from .collider import ColliderParameters, Colliders
 from .gripper import GripperParameters, Grippers
 from .node_groups import Markers, Particles, SavedState, SimulationClock
-from .scene import Gust, Scene, Sheet, Solver, Sphere, Springs, Wind
+from .scene import Scene, Sheet, Solver, Sphere, Springs
+from .wind import Gust, Wind
 
 __all__ = [
     'ColliderParameters',

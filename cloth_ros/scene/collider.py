@@ -117,6 +117,4 @@ class Colliders(NamedGroup[ColliderParameters]):
 
     prefix: ClassVar[str] = 'collider.'
     member: ClassVar[type[NamedMember]] = ColliderParameters
-    noun: ClassVar[str] = 'collider'
-    example: ClassVar[str] = 'type'
     names: tuple[str, ...] = parameter((), 'names of colliders, besides the sphere')

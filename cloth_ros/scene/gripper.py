@@ -43,6 +43,4 @@ class Grippers(NamedGroup[GripperParameters]):
 
     prefix: ClassVar[str] = 'gripper.'
     member: ClassVar[type[NamedMember]] = GripperParameters
-    noun: ClassVar[str] = 'gripper'
-    example: ClassVar[str] = 'radius'
     names: tuple[str, ...] = parameter((), 'names of grippers')

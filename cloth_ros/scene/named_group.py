@@ -56,7 +56,7 @@ class NamedMember(ParameterGroup):
     frame_id
         Frame that the body follows; empty: that of the scene.
     group, written
-        Prefix of the group, and the parameter that is always written to files.
+        Prefix of the group, and the parameter that files always have, if only to list the body.
 
     """
 
@@ -98,6 +98,11 @@ class NamedMember(ParameterGroup):
         """Raise ValueError if something that a member of a scene needs is not given."""
 
     @property
+    def kind(self) -> str:
+        """What it is, in one word."""
+        return self.group[:-1]
+
+    @property
     def pose(self) -> tuple[float, float, float, float, float, float, float]:
         """Position and orientation: where it is placed until it is moved."""
         return (*self.position, *self.orientation)
@@ -113,8 +118,6 @@ class NamedGroup(ParameterGroup, Generic[M]):
 
     Attributes
     ----------
-    noun, example
-        What a member is, and the parameter by which one that is not given is noticed.
     names
         Of the members of the scene.
     members
@@ -123,8 +126,6 @@ class NamedGroup(ParameterGroup, Generic[M]):
     """
 
     member: ClassVar[type[NamedMember]]
-    noun: ClassVar[str]
-    example: ClassVar[str]
     names: tuple[str, ...] = parameter((), 'names')
     members: tuple[M, ...] = ()
 
@@ -144,17 +145,17 @@ class NamedGroup(ParameterGroup, Generic[M]):
 
     def check(self) -> None:
         """Check names and members; leave out empty names, and sort the members."""
-        names = tuple(name for name in self.names if name.strip())
+        names, kind = tuple(name for name in self.names if name.strip()), self.prefix[:-1]
         object.__setattr__(self, 'names', names)
         for place, name in enumerate(names):
             check_name(f'{self.prefix}names[{place}]', name, names[:place])
         given: dict[str, Any] = {each.name: each for each in self.members}
         unnamed = sorted(set(given) - set(names))
         for name in unnamed:
-            check_name(f'the name of a {self.noun}', name, ())
+            check_name(f'the name of a {kind}', name, ())
         if len(names) + len(unnamed) > MAX_MEMBERS:
             raise invalid_value_error(
-                f'the number of {self.noun}s',
+                f'the number of {kind}s',
                 len(names) + len(unnamed),
                 f'at most {MAX_MEMBERS}, those with parameters alone included',
                 f'write {self.prefix}names: {write(names[:_MOST_ADVISED])}, which removes the '
@@ -166,7 +167,7 @@ class NamedGroup(ParameterGroup, Generic[M]):
             if each.name not in given and (near := _closest(each.name, unnamed)):
                 right = [near if name == each.name else name for name in names]
                 raise ValueError(
-                    f'{each.full_name(self.example)} is not given, but that of {near!r} is; write '
+                    f'{each.full_name(each.written)} is not given, but that of {near!r} is; write '
                     f'{self.prefix}names: {write(right)}'
                 )
             each.check_complete()

@@ -24,7 +24,7 @@ from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
-from .yaml_text import write
+from .wind import Wind
 
 Vector = tuple[float, float, float]
 
@@ -111,68 +111,6 @@ class Springs(ParameterGroup):
     damping: float = parameter(
         0.0, 'dashpot along each spring; 0: not modelled', unit='N·s/m', low=0, high=1e6
     )
-
-
-@dataclass(frozen=True)
-class Gust(ParameterGroup):
-    """A gust every period, of random speed in one direction."""
-
-    prefix: ClassVar[str] = 'wind.gust.'
-    period: float = parameter(
-        0.0,
-        'time from one gust to the next, the first after one period; 0: none',
-        unit='s',
-        low=0,
-        high=1e6,
-    )
-    duration: float = parameter(1.0, 'how long a gust blows', unit='s', low=0, high=1e6)
-    direction: Vector = parameter((0.0, 1.0, 0.0), 'where gusts blow to', low=-1e6, high=1e6)
-    speed: tuple[float, float] = parameter(
-        (0.0, 5.0), 'least and greatest speed, uniformly drawn', unit='m/s', low=0, high=1e4
-    )
-    seed: int = parameter(0, 'seed of the random speeds', low=0, high=2**53)
-
-    def check(self) -> None:
-        """Normalise the direction; check speed, period and duration."""
-        unit = unit_vector('wind.gust.direction', self.direction, 'vector', (0.0, 1.0, 0.0))
-        object.__setattr__(self, 'direction', unit)
-        if self.speed[0] > self.speed[1]:
-            swapped = write(self.speed[::-1])
-            raise invalid_value_error(
-                'wind.gust.speed', list(self.speed), 'least, then greatest', f'write {swapped}'
-            )
-        if 0 < self.period < 1e-3:
-            raise invalid_value_error(
-                'wind.gust.period', self.period, '0 or at least 0.001 s', 'write 0.001'
-            )
-        if 0 < self.period < self.duration:
-            raise invalid_value_error(
-                'wind.gust.duration',
-                self.duration,
-                f'at most wind.gust.period, {self.period:g} s',
-                f'write {write(self.period)}, or lengthen the period',
-            )
-
-
-@dataclass(frozen=True)
-class Wind(ParameterGroup):
-    """Air: its velocity, density and drag coefficient."""
-
-    prefix: ClassVar[str] = 'wind.'
-    velocity: Vector = parameter(
-        (0.0, 0.0, 0.0),
-        'velocity of the air until a command comes',
-        unit='m/s',
-        low=-1e4,
-        high=1e4,
-    )
-    air_density: float = parameter(
-        1.2, 'density of the air; 0: no air', unit='kg/m³', low=0, high=1e4
-    )
-    drag_coefficient: float = parameter(
-        1.0, 'drag coefficient of a triangle that faces the wind', low=0, high=100
-    )
-    gust: Gust = field(default_factory=Gust)
 
 
 @dataclass(frozen=True)
@@ -346,9 +284,9 @@ class Scene(ParameterGroup):
         scene = self.from_parameters({**kept, **changes})
         given = parameter_file.flat(changes)
         kept = {
-            name: group.without_unnamed(given)
-            for name, group in scene.children().items()
-            if isinstance(group, NamedGroup) and f'{name}.names' in given
+            group.prefix[:-1]: group.without_unnamed(given)
+            for group in scene.named_groups
+            if f'{group.prefix}names' in given
         }
         return replace(scene, **kept) if kept else scene
 
@@ -362,6 +300,11 @@ class Scene(ParameterGroup):
     def colliders(self) -> tuple[ColliderParameters, ...]:
         """The colliders of `collider.names`, in that order; the `sphere` is not among them."""
         return self.collider.named
+
+    @property
+    def named_groups(self) -> tuple[NamedGroup[Any], ...]:
+        """The groups of bodies whose names the user chooses."""
+        return (self.collider, self.gripper)
 
     @property
     def grippers(self) -> tuple[GripperParameters, ...]:

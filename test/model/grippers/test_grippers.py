@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -236,10 +237,8 @@ def act(cloth: Cloth, plan: list[tuple[str, str, float]]) -> list[tuple[Inputs, 
         elif action == 'release':
             cloth.release(name)
         else:
-            try:
+            with suppress(ValueError):  # nothing may be there
                 cloth.grasp(name)
-            except ValueError as error:
-                assert 'must be at most' in str(error)
         inputs = cloth.inputs
         cloth.advance(seconds)
         result.append((inputs, bits(cloth.snapshot())))
