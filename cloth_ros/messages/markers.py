@@ -51,7 +51,7 @@ def deletion_of_all(frame_id: str, seconds: int, nanoseconds: int) -> MarkerArra
 
 class MarkersMessage:
     """
-    A MarkerArray with the namespaces `sheet`, `pins`, `springs`, `wind` and one per collider and gripper.
+    A MarkerArray with the namespaces `sheet`, `pins`, `springs`, `wind` and one per body.
 
     A marker without content is not in the message: no triangles of a single row of particles (its
     springs are shown instead), no pins, no collider, no air.  The markers of one namespace, as
