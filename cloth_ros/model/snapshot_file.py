@@ -211,7 +211,7 @@ def _snapshot(content: _Content) -> Snapshot:
     grid = Grid(scene.sheet.rows, scene.sheet.columns)
     origin, position, velocity = content.origin, content.position, content.velocity
     _check(origin.shape == (3,), 'the shape of origin', origin.shape)
-    _check(np.isfinite(origin).all(), 'origin', origin)
+    _check(origin.dtype.str == _REAL[1] and np.isfinite(origin).all(), 'origin', origin)
     for name, array, ghost in (('position', position, GHOST), ('velocity', velocity, 0.0)):
         _check(array.shape == (3, grid.size), f'the shape of {name}', array.shape)
         _check(np.isfinite(array).all(), name, 'not finite')
