@@ -106,38 +106,48 @@ MOTION = 24
 
 
 def motion_rows(
-    poses: Array, times: Array | None, origin: Array, reference: Array, turn: Array | None = None
+    poses: Array,
+    times: Array | None,
+    origin: Array,
+    reference: Array | None = None,
+    turn: Array | None = None,
 ) -> Array:
     """
-    Return the numbers about a motion in each of n drifts, shape (n, MOTION).
+    Return the numbers about the motion of bodies in each of n drifts, shape (n, ..., MOTION).
 
     Parameters
     ----------
     poses
-        At the start and after each drift, shape (n + 1, 7).
+        At the start and after each drift, shape (n + 1, ..., 7).
     times
-        Of these, s, shape (n + 1,); None: the body is at rest.
+        Of these, s, shape (n + 1,); None: the bodies are at rest.
     origin
         Of the state, m.
     reference
-        Point in the frame of the body, m.
+        Point in the frame of the body, m; None: its origin.
     turn
         Rotation from another frame to that of the body; None: there is no other.
 
     """
-    matrices = rotation_matrix(poses[:, 3:])
-    points = poses[:, :3] - origin + matrices @ reference
+    turning = times is not None and bool((poses[1:, ..., 3:] != poses[:-1, ..., 3:]).any())
+    matrices = rotation_matrix(poses[..., 3:] if turning else poses[:1, ..., 3:])
+    points = poses[..., :3] - origin
+    if reference is not None:
+        points = points + matrices @ reference
     if turn is not None:
         matrices = matrices @ turn
-    rows: Array = np.zeros((len(poses) - 1, MOTION))
-    rows[:, :9] = matrices[1:].reshape(-1, 9)
-    rows[:, 9:12] = points[1:]
+    rows: Array = np.zeros((len(poses) - 1, *poses.shape[1:-1], MOTION))
+    after = matrices[1:] if turning else matrices
+    rows[..., :9] = after.reshape(*after.shape[:-2], 9)
+    rows[..., 9:12] = points[1:]
     if times is not None:
         h = np.diff(times)
-        per_h = np.where(h > 0, 1 / np.where(h > 0, h, 1.0), 0.0)[:, None]
-        turns = np.eye(3) - matrices[:-1] @ np.swapaxes(matrices[1:], 1, 2)
-        rows[:, 12:21] = turns.reshape(-1, 9) * per_h
-        rows[:, 21:] = np.diff(points, axis=0) * per_h
+        per_h = np.divide(1.0, h, out=np.zeros_like(h), where=h > 0)
+        per_h = per_h.reshape(-1, *[1] * (poses.ndim - 1))
+        if turning:
+            turns = np.eye(3) - matrices[:-1] @ np.swapaxes(after, -2, -1)
+            rows[..., 12:21] = turns.reshape(*turns.shape[:-2], 9) * per_h
+        rows[..., 21:] = np.diff(points, axis=0) * per_h
     return rows
 
 

@@ -124,17 +124,18 @@ class Gripper:
             self.pose = (x, y, z, a, b, c, d)
             self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
 
-    def rows(self, origin: Array, times: Array) -> Array:
-        """Return its motion in each drift, or once if it rests, see `kinematic_path.MOTION`."""
+    def poses(self, times: Array) -> Array:
+        """Return the poses at some times in the advance, s, shape (n, 7)."""
         if not self.path.moves:
-            return motion_rows(np.array([self.pose, self.pose]), None, origin, np.zeros(3))
-        return motion_rows(self.path.poses(times), times, origin, np.zeros(3))
+            return np.repeat(np.array([self.pose]), len(times), axis=0)
+        return self.path.poses(times)
 
     def velocities_at(self, time: float) -> Array:
         """Return the velocities of the held particles just after a time, m/s, shape (n, 3)."""
         if not self.path.moves:
             return np.zeros_like(self.local)
-        row = self.rows(np.zeros(3), np.array([time, time + self._seconds / 1024]))[0]
+        times = np.array([time, time + self._seconds / 1024])
+        row = motion_rows(self.path.poses(times), times, np.zeros(3))[0]
         arms = self.local @ row[:9].reshape(3, 3).T
         velocities: Array = arms @ row[12:21].reshape(3, 3).T + row[21:MOTION]
         return velocities

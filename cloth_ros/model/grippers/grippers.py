@@ -11,7 +11,7 @@ from ...scene import Scene
 from ...scene.parameter import format_value
 from ..grid import Array, Grid
 from ..inputs import Inputs
-from ..kinematic_path import MOTION
+from ..kinematic_path import MOTION, motion_rows
 from ..state import State
 from .gripper import Gripper, GripperSnapshot
 from .held_particles import IMPULSE, MOMENT, PULL, SUMS, WORK, GripTable
@@ -200,18 +200,18 @@ class Grippers:
         times = self._time + np.cumsum([0.0, *[step.drift for step in steps]])
         self._time = float(times[-1])
         if not any(each.path.moves for each in self._all):
-            return self._table._replace(rows=self._rest(state.origin, times))
-        rows = np.empty((len(steps), len(self._all), MOTION))
+            return self._table._replace(rows=self._rows_at_rest(state.origin))
+        poses = np.empty((len(times), len(self._all), 7))
         for number, each in enumerate(self._all):
-            rows[:, number] = each.rows(state.origin, times)
-        return self._table._replace(rows=rows)
+            poses[:, number] = each.poses(times)
+        return self._table._replace(rows=motion_rows(poses, times, state.origin))
 
-    def _rest(self, origin: Array, times: Array) -> Array:
+    def _rows_at_rest(self, origin: Array) -> Array:
         """Return the motion of grippers that rest, which is found once."""
         key = ([each.pose for each in self._all], origin.tobytes())
         if self._at_rest is None or self._at_rest[0] != key:
-            rows = np.stack([each.rows(origin, times) for each in self._all], axis=1)
-            self._at_rest = (key, rows)
+            poses = np.array([[each.pose for each in self._all]] * 2)
+            self._at_rest = (key, motion_rows(poses, None, origin))
         return self._at_rest[1]
 
     @property
