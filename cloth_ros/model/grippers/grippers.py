@@ -104,20 +104,20 @@ class Grippers:
                 holder[holder == number] = -1
         return holder
 
-    def preview(self, name: str, commands: Sequence[tuple[str, bool]], state: State) -> int:
+    def preview(self, name: str, commands: tuple[tuple[str, bool], ...], state: State) -> int:
         """
         Return the number of particles that a gripper holds after commands.
 
         Raises
         ------
         ValueError
-            It holds none, although the last command closes it; says how far the nearest is.
+            It holds none, although the last command is to close it; says how far the nearest is.
 
         """
         number = list(self.by_name).index(name)
         holder = self._apply(commands, state)
         count = int((holder == number).sum())
-        if count or not commands or not commands[-1][1]:
+        if count or commands[-1:] != ((name, True),):
             return count
         gripper = self._all[number]
         where = f'gripper.{name}.radius'
@@ -177,6 +177,7 @@ class Grippers:
         table.sums[:, IMPULSE:MOMENT] += impulse
         table.sums[:, MOMENT:WORK] += np.cross(arms, impulse)
         table.sums[:, WORK] += 0.5 * np.sum(impulse * (after + before), axis=1)
+        self._collect()  # a roll-back of the first batch must not undo it
 
     def _origins(self) -> Array:
         """Return the origin of the gripper of each held particle, m, shape (n, 3)."""

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from builders import (
     NEGLIGIBLE_AIR,
+    Disturbance,
     bits,
     cloth_of,
     crumple,
     examples,
     mean_by_mass,
     momentum,
+    overwrite,
     scene_of,
     seeds,
 )
@@ -95,6 +97,21 @@ def test_momentum_changes_by_gravity_and_the_grippers_alone(seed, speed):
         scale = max(np.abs(forces).max(), WEIGHT) / 60
         assert momentum(cloth) - before == pytest.approx(expected, abs=1e-11 * scale)
         assert (cloth.gripper_wrench('right')[0] == (0, 0, 0)) == (n >= 8)
+
+
+def test_a_batch_that_is_rolled_back_leaves_no_force_and_no_motion():
+    """Its momentum would be missing; that of the start of the motion must not."""
+    disturbance = Disturbance(overwrite('velocity', 1e3), 3)
+    cloth = Cloth(gripped_scene(drag=0.0), observer=disturbance)
+    before = momentum(cloth)
+    assert cloth.grasp('left') + cloth.grasp('right') > 2
+    cloth.move_gripper('left', (-0.25, -0.25, 1.05))
+    cloth.advance(1 / 60)
+    assert cloth.rollbacks.refined > 0
+    assert cloth.rollbacks.held == cloth.rollbacks.damped == cloth.rollbacks.limited == 0
+    forces = [np.array(cloth.gripper_wrench(name)[0]) for name in CORNERS]
+    expected = (np.array([0, 0, -WEIGHT]) - np.sum(forces, axis=0)) / 60
+    assert momentum(cloth) - before == pytest.approx(expected, abs=1e-11 * WEIGHT)
 
 
 @pytest.mark.parametrize('speed', [0.5, 5.0])
@@ -185,6 +202,7 @@ def test_a_grasp_takes_what_is_within_the_radius_and_says_how_far_it_is():
     with pytest.raises(ValueError, match=r"^the distance of 'right' .* is 0\.1\d* m, but must be"):
         cloth.grasp('right')
     assert cloth.release('left') == near.sum() - 1
+    assert cloth.release('right') == 0
     assert cloth.grasp('right') == near.sum() - 1  # of what the first one releases
     cloth.advance(0.01)
     assert [len(each.held) for each in cloth.grippers.values()] == [0, near.sum() - 1]
