@@ -7,6 +7,8 @@ if TYPE_CHECKING:
     from .scene import (
         ColliderParameters,
         Colliders,
+        GripperParameters,
+        Grippers,
         Gust,
         Markers,
         Particles,
@@ -22,13 +24,24 @@ if TYPE_CHECKING:
 
 _SCENE = (
     *('ColliderParameters', 'Colliders', 'Gust', 'Markers', 'Particles', 'SavedState', 'Scene'),
-    *('Sheet', 'SimulationClock', 'Solver', 'Sphere', 'Springs', 'Wind'),
+    *(
+        'GripperParameters',
+        'Grippers',
+        'Sheet',
+        'SimulationClock',
+        'Solver',
+        'Sphere',
+        'Springs',
+        'Wind',
+    ),
 )
 __all__ = [
     'Cloth',
     'ColliderParameters',
     'Colliders',
     'Energy',
+    'GripperParameters',
+    'Grippers',
     'Gust',
     'Inputs',
     'Markers',

@@ -38,6 +38,8 @@ def main() -> None:
         commands.append(('sphere', f'{python} {move}'))
     if Path(path).name == 'robot_arm.yaml':
         commands.append(('arm', f'{python} examples/robot_arm.py'))
+    if Path(path).name == 'towel.yaml':
+        commands.append(('fold', f'{python} examples/fold_towel.py'))
     for collider in scene.colliders[:1]:
         x, y, z = collider.position
         turned = ' '.join(f'{each:g}' for each in collider.orientation)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from ..model import Cloth, Snapshot
 from ..model.contact.collider import Collider
 from ..model.grid import Array
+from ..model.grippers.gripper import Gripper
 from ..model.resample import interpolate, resample_scene
 from ..scene import Scene
 from ..scene.parameter import invalid_value_error
@@ -101,6 +102,11 @@ class CoarseCloth:
     def colliders(self) -> Mapping[str, Collider]:
         """Colliders by name."""
         return self.cloth.colliders
+
+    @property
+    def grippers(self) -> Mapping[str, Gripper]:
+        """Grippers by name; they hold particles of the grid that is simulated."""
+        return self.cloth.grippers
 
     def _on_own_grid(self, field: Array) -> Array:
         sheet = self.scene.sheet

@@ -17,7 +17,9 @@ from ..model import Snapshot, check_scene
 from ..model.contact.collider import Collider
 from ..model.energy_monitor import RollbackCounts
 from ..model.grid import Array
+from ..model.grippers.gripper import Gripper
 from ..scene import Scene
+from .body_commands import BodyCommands
 from .error_estimate import ErrorEstimator, fine_in_background
 from .first_start import FirstStart
 from .kernel_compiler import KernelCompiler, Log
@@ -61,6 +63,8 @@ class LiveCloth:
         Counts those by a reset or a snapshot: commands of before are then undone.
     record
         Collects what acts on the cloth in each tick.
+    bodies
+        Commands to colliders and grippers.
 
     Raises
     ------
@@ -88,6 +92,9 @@ class LiveCloth:
         self._may_change = True
         self._summary_due = False
         self.record = TickRecorder()
+        self.bodies = BodyCommands(
+            lambda: self._published.cloth, self._change_scene, self._changes
+        )
         self._to_restore: Snapshot | None = None
         self.running = False
         self.paused = False
@@ -130,6 +137,11 @@ class LiveCloth:
         """Colliders by name."""
         return self._published.colliders
 
+    @property
+    def grippers(self) -> Mapping[str, Gripper]:
+        """Grippers by name."""
+        return self._published.grippers
+
     def write_particles(self, out: Array) -> None:
         """Write x y z vx vy vz of every particle, m and m/s, to `out`, (rows, columns, 6)."""
         self._published.write_particles(out)
@@ -165,27 +177,6 @@ class LiveCloth:
         """Set the velocity of the air, m/s; raises ValueError."""
         self._change_scene()  # parameters that were set before the command hold for it
         self._published.cloth.wind = velocity
-
-    def move_collider(
-        self, name: str, position: Sequence[float], orientation: Sequence[float] | None = None
-    ) -> None:
-        """
-        Move a collider to a pose, m and quaternion x y z w, by the end of the next tick.
-
-        Without an orientation it keeps its own.  Raises ValueError for a pose that is not finite,
-        a quaternion of zero length, a position too far away, or a collider that there is not.
-        """
-        self._change_scene()
-        cloth = self._published.cloth
-        if name not in cloth.colliders:
-            self._changes.check_no_request_of(name)
-            if name == 'sphere':  # the error names its parameter
-                cloth.move_sphere(position)
-        cloth.move_collider(name, position, orientation)
-
-    def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
-        """Return force, N, and torque, N m, on a collider; see `Cloth.contact_wrench`."""
-        return self._published.cloth.contact_wrench(name)
 
     def reset(self) -> None:
         """Return to the initial state."""

@@ -86,12 +86,14 @@ class Reconfiguration:
         self._failed: Scene | None = None
 
     def check_no_request_of(self, name: str) -> None:
-        """Raise ValueError if a collider was requested that is not there yet."""
-        if any(each.name == name for each in self.requested.all_colliders()):
-            raise ValueError(
-                f'the collider {name!r} is not there yet: its kernels are being compiled; '
-                'send the pose again'
-            )
+        """Raise ValueError if a collider or gripper was requested that is not there yet."""
+        kinds = {'collider': self.requested.all_colliders(), 'gripper': self.requested.grippers}
+        for kind, requested in kinds.items():
+            if any(each.name == name for each in requested):
+                raise ValueError(
+                    f'the {kind} {name!r} is not there yet: its kernels are being compiled; '
+                    'send the command again'
+                )
 
     @property
     def reduction(self) -> str:

@@ -84,5 +84,6 @@ def measured_values(cloth: Cloth, load: float, error: Mapping[str, object]) -> d
         'sphere radius [m]': cloth.sphere_radius,
         'sphere penetration [m]': cloth.sphere_depth,
         **contact_values(cloth.colliders),
+        **{f'{name} held particles': len(each.held) for name, each in cloth.grippers.items()},
         **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
     }

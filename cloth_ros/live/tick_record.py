@@ -2,9 +2,9 @@
 Records of ticks: what acted on the cloth in each, so that it can be repeated to the bit.
 
 A tick takes its inputs in a fixed order: first changes, each as the node handled it (parameters, a
-reset, a restored state); then one advance, with the wind and the paths of colliders that were
-commanded before the tick began.  A record is JSON: numbers are written such that reading returns
-the same bits.
+reset, a restored state); then one advance, with the wind, the paths of colliders and grippers,
+and the grasps that were commanded before the tick began.  A record is JSON: numbers are written
+such that reading returns the same bits.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..scene import Scene
 from ..scene.parameter_file import text_of
 
 # Of the records, keyframes and scenes that are published; raised when their meaning changes.
-FORMAT = 1
+FORMAT = 2
 
 _NO_INPUTS = Inputs()
 
@@ -80,6 +80,8 @@ class TickRecord(msgspec.Struct, frozen=True, omit_defaults=True):
         Commanded velocity of the air, m/s.
     colliders
         Waypoints of colliders, x y z in m and a quaternion x y z w; see `Inputs.collider_paths`.
+    grippers, grips
+        The same of grippers, and grasps and releases; see `Inputs.grips`.
 
     """
 
@@ -92,11 +94,13 @@ class TickRecord(msgspec.Struct, frozen=True, omit_defaults=True):
     substep: float = 0.0
     wind: Vector = (0.0, 0.0, 0.0)
     colliders: dict[str, tuple[Pose, ...]] = {}
+    grippers: dict[str, tuple[Pose, ...]] = {}
+    grips: tuple[tuple[str, bool], ...] = ()
 
     @property
     def inputs(self) -> Inputs:
         """Inputs of the advance; raises ValueError if they are not valid."""
-        return Inputs(self.wind, self.colliders)
+        return Inputs(self.wind, self.colliders, self.grippers, self.grips)
 
     def encode(self) -> str:
         """Return the record as JSON."""
@@ -195,6 +199,8 @@ class TickRecorder:
             substep=self._substep,
             wind=self._inputs.wind,
             colliders=dict(self._inputs.collider_paths),
+            grippers=dict(self._inputs.gripper_paths),
+            grips=self._inputs.grips,
         )
         self._clear()
         return record

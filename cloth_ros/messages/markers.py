@@ -13,6 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from .cdr import SerializedMessage
 from .cloth_markers import pins_marker, sheet_marker, springs_marker, wind_marker
 from .collider_markers import collider_markers
+from .gripper_markers import gripper_markers
 from .marker import MarkerState, MarkerWriter
 from .published_cloth import PublishedCloth
 
@@ -23,6 +24,7 @@ MARKERS: tuple[Callable[[PublishedCloth], Iterable[MarkerWriter]], ...] = (
     springs_marker,
     wind_marker,
     collider_markers,
+    gripper_markers,
 )
 
 
@@ -49,7 +51,7 @@ def deletion_of_all(frame_id: str, seconds: int, nanoseconds: int) -> MarkerArra
 
 class MarkersMessage:
     """
-    A MarkerArray with the namespaces `sheet`, `pins`, `springs`, `wind` and one per collider.
+    A MarkerArray with the namespaces `sheet`, `pins`, `springs`, `wind` and one per body.
 
     A marker without content is not in the message: no triangles of a single row of particles (its
     springs are shown instead), no pins, no collider, no air.  The markers of one namespace, as
@@ -58,7 +60,7 @@ class MarkersMessage:
     Parameters
     ----------
     cloth
-        Its scene and its colliders decide which markers there are.
+        Its scene, colliders and grippers decide which markers there are.
 
     Attributes
     ----------

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from ..model.contact.collider import Collider
 from ..model.grid import Array
+from ..model.grippers.gripper import Gripper
 from ..scene import Scene
 
 Vector = tuple[float, float, float]
@@ -26,6 +27,10 @@ class PublishedCloth(Protocol):
     @property
     def colliders(self) -> Mapping[str, Collider]:
         """Colliders by name."""
+
+    @property
+    def grippers(self) -> Mapping[str, Gripper]:
+        """Grippers by name."""
 
     def write_positions(self, out: Array) -> None:
         """Write the position of every particle, m, to `out`, shape (rows, columns, 3)."""

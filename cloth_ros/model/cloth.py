@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from ..scene import Scene
 from ..scene.parameter import checked_number, invalid_value_error
-from ..scene.quaternion import checked_orientation
 from . import snapshot_file
-from .contact.kinematic_path import checked_position, extend_path
+from .commands import Commands
+from .contact.interfaces import Observer
 from .contact.rigid_collider import RigidCollider
 from .energy import Energy, energy
 from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, to_grid_copy
+from .grippers.gripper import Gripper
 from .inputs import Inputs, Vector, inputs_for
 from .scene_check import check_change, check_scene
-from .simulation import MAX_SECONDS, Simulation, SubstepObserver
+from .simulation import MAX_SECONDS, Simulation
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
 from .strain import Strain, strain
@@ -64,16 +64,19 @@ class Cloth:
         *,
         step_control: Callable[[Scene], StepControl] = AdaptiveStepControl,
         energy_monitor: Callable[[Scene, type], EnergyMonitor] | None = EnergyMonitor,
-        observer: SubstepObserver | None = None,
+        observer: Observer | None = None,
         rollbacks: RollbackCounts | None = None,
     ) -> None:
         check_scene(scene)
         self._step_control, self._energy_monitor = step_control, energy_monitor
         self._observer = observer
         self._rollbacks = RollbackCounts() if rollbacks is None else rollbacks
-        self._inputs = Inputs(scene.wind.velocity)
+        self._start(scene)
+
+    def _start(self, scene: Scene) -> None:
         self._simulation = self._simulation_of(scene)
         self._simulation.start()
+        self._commands = Commands(self._simulation, Inputs(scene.wind.velocity))
 
     def _simulation_of(self, scene: Scene) -> Simulation:
         return Simulation(
@@ -93,13 +96,13 @@ class Cloth:
         seconds
             Simulated time, s.
         inputs
-            Wind, which then holds, and paths of colliders; None: the commands given before.
+            Wind, which then holds, and other commands; None: those given before.
 
         Raises
         ------
         ValueError
-            `seconds` is negative, not finite, or more than a million; or `inputs` has the path
-            of a collider that there is not.
+            `seconds` is negative, not finite, or more than a million; or `inputs` has a command
+            to a collider or a gripper that there is not.
 
         """
         for _ in self.advance_stepwise(seconds, inputs):
@@ -112,31 +115,28 @@ class Cloth:
         Until the iteration is over or closed, positions and velocities do not belong to one time.
         Closed half-way, the cloth is left at the last accepted batch.
         """
-        if inputs is None:
-            inputs = self._inputs
-        for name in inputs.collider_paths:
-            self._collider(name)
+        inputs = self.inputs if inputs is None else inputs
+        self._commands.check(inputs)
         seconds = checked_number('seconds', seconds, 0.0, MAX_SECONDS, 's')
         steps = self._simulation.advance_stepwise(seconds, inputs)
         return self._take_inputs(steps, self.time + seconds > self.time, inputs)
 
     def _take_inputs(self, steps: Iterator[None], moves: bool, inputs: Inputs) -> Iterator[None]:
-        if moves and (inputs.collider_paths or inputs is not self._inputs):
+        if moves and (inputs.are_events or inputs is not self.inputs):
             # Not in an advance of zero: its waypoints are for the next one.
-            self._inputs = Inputs(inputs.wind)
+            self._commands.inputs = Inputs(inputs.wind)
         yield from steps
 
     def reset(self) -> None:
-        """Return to the initial state: sheet, wind, colliders and time."""
-        self._simulation = self._simulation_of(self.scene)
-        self._simulation.start()
-        self._inputs = Inputs(self.scene.wind.velocity)
+        """Return to the initial state: sheet, wind, colliders, time, and all grippers open."""
+        self._start(self.scene)
 
     def configure(self, scene: Scene) -> None:
         """
         Continue from the present state with the parameters of another scene.
 
-        A collider whose position parameter has changed moves there in the next advance.
+        A collider or gripper whose pose as a parameter has changed moves there in the next
+        advance.
 
         Raises
         ------
@@ -145,22 +145,20 @@ class Cloth:
 
         """
         check_change(self.scene, scene)
-        inputs = inputs_for(self._inputs, self.scene, scene)
+        inputs = inputs_for(self.inputs, self.scene, scene)
         simulation = self._simulation_of(scene)
         simulation.restore(self.snapshot())
         simulation.substeps = self.substeps
-        self._simulation, self._inputs = simulation, inputs
+        self._simulation, self._commands = simulation, Commands(simulation, inputs)
 
     def snapshot(self) -> Snapshot:
         """Return an immutable copy of everything that later results depend on."""
-        return self._simulation.snapshot(self._inputs)
+        return self._simulation.snapshot(self.inputs)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Return to a snapshot; that of another scene is converted in precision and grid."""
         self._simulation.restore(snapshot)
-        paths = snapshot.inputs.collider_paths
-        present = {name: paths[name] for name in self.colliders if name in paths}
-        self._inputs = replace(snapshot.inputs, collider_paths=present)
+        self._commands = Commands(self._simulation, snapshot.inputs)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a snapshot to a file, which is replaced at once or not at all; raises OSError."""
@@ -186,22 +184,22 @@ class Cloth:
 
     @property
     def inputs(self) -> Inputs:
-        """Commands for the next advance: the wind, and the waypoints of colliders."""
-        return self._inputs
+        """Commands for the next advance: wind, waypoints of colliders and grippers, grasps."""
+        return self._commands.inputs
 
     @property
     def wind(self) -> Vector:
         """Commanded velocity of the air, m/s; gusts are added to it.  Assign to command it."""
-        return self._inputs.wind
+        return self.inputs.wind
 
     @wind.setter
     def wind(self, velocity: Sequence[float]) -> None:
-        self._inputs = self._inputs.with_wind(velocity)
+        self._commands.inputs = self.inputs.with_wind(velocity)
 
     @property
     def air_velocity(self) -> Vector:
         """Velocity of the air now, gusts included, m/s."""
-        return self._simulation.air_velocity(self._inputs.wind)
+        return self._simulation.air_velocity(self.inputs.wind)
 
     def move_collider(
         self,
@@ -213,38 +211,11 @@ class Cloth:
         Move a collider to a pose, which it reaches at the end of the next advance.
 
         Poses given one after the other before that are passed in their order; of more than 64,
-        the last one and others that are spread evenly along the path.
-
-        Parameters
-        ----------
-        name
-            Of the collider.
-        position
-            Of its origin, m.
-        orientation
-            Quaternion x y z w of any length but 0; None: it does not turn.
-
-        Raises
-        ------
-        ValueError
-            The pose is not finite or too far away, or there is no such collider.
-
+        the last one and others that are spread evenly along the path.  The position is that of its
+        origin, m, and the orientation a quaternion x y z w of any length but 0; None: it does not
+        turn.  Raises ValueError for an invalid pose, or if there is no such collider.
         """
-        collider, origin = self._collider(name), self._simulation.state.origin
-        path = self._inputs.collider_paths.get(name, ())
-        target = checked_position(name, position, collider.shape.bounding_radius, origin)
-        turned = (path[-1] if path else collider.pose)[3:]
-        if orientation is not None:
-            turned = checked_orientation(f'the orientation of {name}', orientation)
-        path = extend_path(collider.pose, path, (*target, *turned))
-        self._inputs = self._inputs.with_path(name, path)
-
-    def _collider(self, name: str) -> RigidCollider:
-        """Return a collider; raises ValueError if there is none of this name."""
-        if name in self.colliders:
-            return self.colliders[name]
-        known = ', '.join(self.colliders) or 'none'
-        raise invalid_value_error('collider', name, f'one of: {known}', 'choose one')
+        self._commands.move_collider(name, position, orientation)
 
     def move_sphere(self, position: Sequence[float]) -> None:
         """Move the sphere; see `move_collider`."""
@@ -252,6 +223,29 @@ class Cloth:
             allowed, remedy = 'more than 0 to move a sphere', 'set it to its radius'
             raise invalid_value_error('sphere.radius', 0.0, allowed, remedy)
         self.move_collider('sphere', position)
+
+    def move_gripper(
+        self,
+        name: str,
+        position: Sequence[float],
+        orientation: Sequence[float] | None = None,
+    ) -> None:
+        """Move a gripper to a pose, with what it holds; see `move_collider`."""
+        self._commands.move_gripper(name, position, orientation)
+
+    def grasp(self, name: str) -> int:
+        """
+        Let a gripper take what is within its radius, where it is now, at the next advance.
+
+        Particles that are pinned, or that another gripper holds, stay so; what it holds already
+        remains.  Returns the number of particles that it will hold.  Raises ValueError if there is
+        none, which says how far the nearest is, or if there is no such gripper.
+        """
+        return self._commands.grasp(name)
+
+    def release(self, name: str) -> int:
+        """Let a gripper release all at the next advance; return how many particles it holds."""
+        return self._commands.release(name)
 
     # State
 
@@ -302,8 +296,7 @@ class Cloth:
     @property
     def colliders(self) -> Mapping[str, RigidCollider]:
         """Colliders of the scene by name, for reading; `move_collider` moves them."""
-        contact = self._simulation.contact
-        return {} if contact is None else contact.colliders
+        return self._commands.colliders
 
     def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
         """
@@ -317,7 +310,16 @@ class Cloth:
             There is no collider of this name.
 
         """
-        return self._collider(name).wrench(self.scene.sheet.cell_mass)
+        return self._commands.collider(name).wrench(self.scene.sheet.cell_mass)
+
+    @property
+    def grippers(self) -> Mapping[str, Gripper]:
+        """Grippers of the scene by name, for reading; `move_gripper` moves them."""
+        return self._commands.grippers
+
+    def gripper_wrench(self, name: str) -> tuple[Vector, Vector]:
+        """Return the same of the cloth on a gripper: the weight of what it holds included."""
+        return self._commands.gripper(name).wrench(self.scene.sheet.cell_mass)
 
     @property
     def sphere_position(self) -> Vector:
@@ -358,7 +360,7 @@ class Cloth:
 
     @property
     def work(self) -> float:
-        """Most work, J, of air and colliders since the start or reset: a bound of the energy."""
+        """Most work, J, of air, colliders and grippers since the start: a bound of the energy."""
         return self._simulation.work
 
     @property

@@ -37,7 +37,9 @@ def _kept(scene: Scene, precision: str) -> int:
     components = 15 + 6 + 3 * dissipative
     # Three lists of indices, the velocities before a kick, and the size of the triangles.
     contact = (12 + 5 * 8) * bool(scene.all_colliders())
-    return components * (8 if precision == 'double' else 4) + contact
+    # Numbers about each held particle, at most all of them.
+    grips = 8 * 26 * bool(scene.grippers)
+    return components * (8 if precision == 'double' else 4) + contact + grips
 
 
 def of_cloth(scene: Scene) -> int:

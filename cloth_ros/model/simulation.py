@@ -10,18 +10,18 @@ sheet.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from ..scene import Scene
 from .contact.contact import Contact
-from .contact.contact_snapshot import ContactSnapshot
+from .contact.interfaces import Observer
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
-from .grid import Grid, flat_sheet
+from .grid import Array, Grid, flat_sheet
+from .grippers.grippers import Grippers
 from .inputs import Inputs, Vector
 from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
@@ -51,18 +51,6 @@ _NO_INPUTS = Inputs()
 Steps = Callable[[SubstepBatch], tuple[Step, ...]]
 
 
-class SubstepObserver(Protocol):
-    """Receives every substep of a simulation."""
-
-    def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
-        """Receive the state after a kick and a drift, before contact."""
-        ...
-
-    def after_contact(self, state: State, step: Step) -> None:
-        """Receive the state after contact."""
-        ...
-
-
 class Simulation:
     """
     State of a scene and its time integration.
@@ -86,10 +74,12 @@ class Simulation:
         Particles, and simulated time, s.
     contact
         Contact with the colliders; None: the scene has none.
+    grippers
+        None: the scene has none.
     substeps
         Number of substeps of the last advance.
     work
-        Most work, J, that air and colliders can have done since the start or the last reset.
+        Most work, J, that air, colliders and grippers can have done since the start or last reset.
 
     """
 
@@ -98,7 +88,7 @@ class Simulation:
         scene: Scene,
         step_control: StepControl,
         energy_monitor: Callable[[Scene, type], EnergyMonitor] | None,
-        observer: SubstepObserver | None,
+        observer: Observer | None,
         rollbacks: RollbackCounts,
     ) -> None:
         dtype = _DTYPES[precision_for(scene)]
@@ -115,6 +105,9 @@ class Simulation:
         self._shapes: dict[str, Any] = {}
         if self.contact is not None:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
+        self.grippers: Grippers | None = None
+        if scene.grippers:
+            self.grippers = self._shapes['grippers'] = Grippers(scene, self.grid)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
         self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
@@ -136,18 +129,22 @@ class Simulation:
 
     def snapshot(self, inputs: Inputs) -> Snapshot:
         """Return an immutable copy of everything that later results depend on."""
-        state = self.state
+        return self._snapshot(inputs, self.state.position.copy(), self.state.velocity.copy())
+
+    def _snapshot(self, inputs: Inputs, position: Array, velocity: Array) -> Snapshot:
+        """Return a snapshot with these arrays."""
         return Snapshot(
             scene=self.scene,
             grid=self.grid,
-            origin=state.origin,
-            position=state.position.copy(),
-            velocity=state.velocity.copy(),
+            origin=self.state.origin,
+            position=position,
+            velocity=velocity,
             time=self.time,
             work=self.work,
-            contact=self._contact_snapshot(),
+            contact=None if self.contact is None else self.contact.snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
+            grippers=None if self.grippers is None else self.grippers.snapshot(),
             steps=self.step_control.account(),
         )
 
@@ -182,6 +179,8 @@ class Simulation:
             interior(velocity)[...] = interior(snapshot.velocity)
         self.time = snapshot.time
         self._take_work()
+        if self.grippers is not None:
+            self.grippers.restore(snapshot.grippers or {}, self.state)
         if self.contact is not None and snapshot.contact is not None:
             self.contact.restore(snapshot.contact, self.state, exact=exact)
         elif self.contact is not None:
@@ -193,6 +192,8 @@ class Simulation:
             self._monitor.reset()
         self.step_control.restore(None)
         self._take_work()
+        if self.grippers is not None and moved:
+            self.grippers.place(self.state)
         if self.contact is not None:
             if moved:
                 self.contact.respawn(self.state)
@@ -203,15 +204,20 @@ class Simulation:
 
     def air_velocity(self, wind: Vector) -> Vector:
         """Return the velocity of the air now, m/s: wind and gusts."""
+        return self._air_at(self.time, wind)
+
+    def _air_at(self, time: float, wind: Vector) -> Vector:
         if self._gusts is None:
             return wind
-        x, y, z = (np.array(wind) + self._gusts.velocity(self.time)).tolist()
+        x, y, z = (np.array(wind) + self._gusts.velocity(time)).tolist()
         return (x, y, z)
 
     def advance_stepwise(self, seconds: float, inputs: Inputs) -> Iterator[None]:
         """Advance, and pause after each batch; see `Cloth.advance_stepwise`."""
         if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
+        if self.grippers is not None:
+            self.grippers.begin_advance(self.state, self.time, seconds, inputs)
         if self.contact is not None:
             self.contact.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
@@ -221,23 +227,25 @@ class Simulation:
             begin, change = self.time, end
             if end - begin > _LONG * tick:
                 change = begin + tick
-            self._air_velocity = inputs.wind
             if self._gusts is not None:
                 change = min(change, self._gusts.next_change(begin))
-                gust = self._gusts.velocity(0.5 * (begin + change))
-                x, y, z = (np.array(inputs.wind) + gust).tolist()
-                self._air_velocity = (x, y, z)
+            self._air_velocity = self._air_at(0.5 * (begin + change), inputs.wind)
             substep = self.step_control.substep
             count = max(math.ceil((change - begin) / substep - ROUNDING), 1)
             h = (change - begin) / count
             if abs(h - substep) <= _EQUAL * substep:
                 h = substep
             for first in range(0, count, BATCH):
-                yield from self._batch(min(BATCH, count - first), h)
+                substeps = min(BATCH, count - first)
+                yield from self._batch(substeps, h)
+                if self.grippers is not None:
+                    self.grippers.slip(self.state, substeps * h)
             self.time = change
             self.step_control.adapt(self.state, change)
         if self.contact is not None:
             self.contact.end_advance(self.state)
+        if self.grippers is not None:
+            self.grippers.end_advance()
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -292,30 +300,18 @@ class Simulation:
             self._batch_start = self.snapshot(_NO_INPUTS)
             return
         before.position[...], before.velocity[...] = state.position, state.velocity
-        self._batch_start = Snapshot(
-            self.scene,
-            self.grid,
-            state.origin,
-            before.position,
-            before.velocity,
-            self.time,
-            self.work,
-            self._contact_snapshot(),
-            None,  # the account of the monitor is not rolled back
-            _NO_INPUTS,
-        )
+        self._batch_start = self._snapshot(_NO_INPUTS, before.position, before.velocity)
 
     def _roll_back(self) -> None:
         assert self._batch_start is not None
         self._restore_motion(self._batch_start)
 
     def _take_work(self) -> float:
-        """Return the work of air and colliders since the last call, J; inf: unknown."""
+        """Return the work of air, colliders and grippers since the last call, J; inf: unknown."""
         work = 0.0 if self.contact is None else self.contact.take_work()
+        if self.grippers is not None:
+            work += self.grippers.take_work()
         return self._kick_drift.take_work() + work
-
-    def _contact_snapshot(self) -> ContactSnapshot | None:
-        return None if self.contact is None else self.contact.snapshot()
 
     def _run(
         self, kick_drift: KickDrift, steps: Steps, count: int, h: float, division: int
@@ -341,7 +337,9 @@ class Simulation:
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
         """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
         state, air_velocity, observer = self.state, self._air_velocity, self._observer
-        contact, time = self.contact, self.time
+        contact, grippers, time = self.contact, self.grippers, self.time
+        if grippers is not None:
+            grippers.begin_steps(state, time)
         if contact is not None and contact.may_act(state, seconds):
             contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
         else:
@@ -354,6 +352,8 @@ class Simulation:
             if contact is not None:
                 contact.pass_by(state, time, seconds)
         self.time = time + seconds
+        if grippers is not None:
+            grippers.end_steps(self.time)
 
     def _damped(self, h: float) -> KickDrift:
         """
@@ -382,17 +382,11 @@ class Simulation:
 
     def _idle(self, count: int) -> float:
         """Make `count` substeps of zero length; return the wall-clock time, s."""
-        position, velocity = self.state.position.copy(), self.state.velocity.copy()
         (batch, *_) = self.step_control.batches(
             self.state, count, self.step_control.substep, 1, 0.0
         )
         steps = self._integrator.steps(batch._replace(h=0.0))
-        start = time.perf_counter()
-        self._kick_drift.apply(self.state, steps, self._air_velocity)
-        seconds = time.perf_counter() - start
-        self._kick_drift.take_work()
-        self.state.position[...], self.state.velocity[...] = position, velocity
-        return seconds
+        return self._kick_drift.time_without_effect(self.state, steps, self._air_velocity)
 
     def warm_up_contact(self) -> None:
         """Compile the kernels of contact, so that the first contact causes no pause."""

@@ -10,6 +10,7 @@ from ..scene import Scene
 from .contact.contact_snapshot import ContactSnapshot
 from .energy_monitor import EnergyAccount
 from .grid import GHOST, Array, Grid, flat_sheet
+from .grippers.grippers import GrippersSnapshot, on_other_grid
 from .inputs import Inputs
 from .resample import interpolate
 from .step_control import StepAccount
@@ -39,13 +40,15 @@ class Snapshot:
     time
         Simulated time, s.
     work
-        Of air and colliders since the start, J.
+        Of air, colliders and grippers since the start, J.
     contact
         Snapshot of the colliders; None: the scene has none.
     account
         State of the energy monitor; None if it has not measured yet, or there is none.
     inputs
         Commands that hold for the next advance.
+    grippers
+        Snapshots of the grippers by name; None: the scene has none.
     steps
         State of the step control; None: it has none.
 
@@ -61,13 +64,14 @@ class Snapshot:
     contact: ContactSnapshot | None
     account: EnergyAccount | None
     inputs: Inputs
+    grippers: GrippersSnapshot | None = None
     steps: StepAccount | None = None
 
     def of_scene(self, scene: Scene) -> Snapshot:
         """
         Return the same state for a scene with the same sheet, whose parameters may differ.
 
-        Colliders that the scene does not have are left out.
+        Colliders and grippers that the scene does not have are left out.
         """
         contact, parameters = self.contact, {each.name: each for each in scene.all_colliders()}
         if contact is not None:
@@ -77,7 +81,18 @@ class Snapshot:
                 if name in parameters
             }
             contact = contact._replace(colliders=colliders)
-        return replace(self, scene=scene, contact=contact)
+        return replace(self, scene=scene, contact=contact, grippers=self._grippers_of(scene))
+
+    def _grippers_of(self, scene: Scene) -> GrippersSnapshot | None:
+        if self.grippers is None:
+            return None
+        parameters = {each.name: each for each in scene.grippers}
+        grippers = {
+            name: each._replace(parameters=parameters[name])
+            for name, each in self.grippers.items()
+            if name in parameters
+        }
+        return grippers or None
 
     def resampled(self, scene: Scene) -> Snapshot:
         """
@@ -95,7 +110,13 @@ class Snapshot:
         position, velocity = grid.field(float, GHOST), grid.field(float)
         grid.interior(position)[...] = np.where(scene.pinned() & near, initial, there)
         grid.interior(velocity)[...] = self._on_grid(self.velocity, grid)
-        return replace(self, scene=scene, grid=grid, position=position, velocity=velocity)
+        grippers = self.grippers
+        if grippers is not None:
+            places = grid.interior(position) + self.origin[:, None, None]
+            grippers = on_other_grid(grippers, self.grid, grid, places, scene.pinned())
+        return replace(
+            self, scene=scene, grid=grid, position=position, velocity=velocity, grippers=grippers
+        )
 
     def _on_grid(self, field: Array, grid: Grid) -> Array:
         """Return a flat field on another grid, shape (3, rows, columns)."""

@@ -25,23 +25,24 @@ from ..scene.parameter import one_line
 from ..scene.parameter_file import format_path, read_limited
 from . import atomic_file
 from .contact.contact_snapshot import ContactSnapshot
-from .contact.kinematic_path import MAX_WAYPOINTS
 from .energy_monitor import DIVISIONS, EnergyAccount
 from .grid import GHOST, Array, Grid
+from .grippers.gripper import GripperSnapshot
 from .inputs import Inputs, Pose, Vector
+from .kinematic_path import MAX_WAYPOINTS
 from .snapshot import Snapshot
 from .step_control import StepAccount
 
 # The line ends show whether the file was changed as if it were text.
 _SIGNATURE = b'\x89cloth\r\n'
-_FORMAT = 1
+_FORMAT = 2
 # Signature, version of the format, length of the content; then the SHA-256 of these and of it.
 _HEADER = struct.Struct('<8sIQ')
 _DIGEST = hashlib.sha256().digest_size
 _BEGIN = _HEADER.size + _DIGEST
 
 # Of arrays, little-endian.
-_DTYPES = ('<f4', '<f8')
+_REAL, _INTEGER = ('<f4', '<f8'), '<i8'
 # Deviation of the length of a unit quaternion.
 _ROUNDING = 1e-6
 
@@ -64,6 +65,10 @@ class _Content(msgspec.Struct, forbid_unknown_fields=True):
     account: EnergyAccount | None
     wind: Vector
     collider_paths: dict[str, tuple[Pose, ...]]
+    # Absent in files of format 1.
+    gripper_paths: dict[str, tuple[Pose, ...]] = {}
+    grips: tuple[tuple[str, bool], ...] = ()
+    grippers: dict[str, GripperSnapshot] | None = None
     steps: StepAccount | None = None
 
 
@@ -78,7 +83,8 @@ class _ArrayData(msgspec.Struct, array_like=True):
 def _from_array(value: object) -> object:
     if isinstance(value, np.ndarray):
         little = np.ascontiguousarray(value, value.dtype.newbyteorder('<'))
-        return _ArrayData(little.dtype.str, little.shape, little.data.cast('B'))
+        data = little.data.cast('B') if little.size else b''
+        return _ArrayData(little.dtype.str, little.shape, data)
     if isinstance(value, np.float64):
         return float(value)
     raise TypeError(f'{type(value)} is not part of a snapshot')
@@ -86,7 +92,7 @@ def _from_array(value: object) -> object:
 
 def _to_array(kind: type, value: Any) -> Any:
     dtype, shape, data = msgspec.convert(value, tuple[str, tuple[int, ...], bytes])
-    if dtype not in _DTYPES:
+    if dtype not in (*_REAL, _INTEGER):
         raise ValueError(f'an array of type {dtype!r:.20}')
     return np.frombuffer(data, dtype).astype(dtype[1:], copy=False).reshape(shape)
 
@@ -118,6 +124,9 @@ def encode(snapshot: Snapshot) -> bytes:
         snapshot.account,
         inputs.wind,
         dict(inputs.collider_paths),
+        dict(inputs.gripper_paths),
+        inputs.grips,
+        None if snapshot.grippers is None else dict(snapshot.grippers),
         snapshot.steps,
     )
     data = bytearray()
@@ -205,7 +214,7 @@ def _snapshot(content: _Content) -> Snapshot:
     grid = Grid(scene.sheet.rows, scene.sheet.columns)
     origin, position, velocity = content.origin, content.position, content.velocity
     _check(origin.shape == (3,), 'the shape of origin', origin.shape)
-    _check(np.isfinite(origin).all(), 'origin', origin)
+    _check(origin.dtype.str == _REAL[1] and np.isfinite(origin).all(), 'origin', origin)
     for name, array, ghost in (('position', position, GHOST), ('velocity', velocity, 0.0)):
         _check(array.shape == (3, grid.size), f'the shape of {name}', array.shape)
         _check(np.isfinite(array).all(), name, 'not finite')
@@ -213,10 +222,12 @@ def _snapshot(content: _Content) -> Snapshot:
         expected = grid.field(array.dtype, ghost)
         grid.interior(expected)[...] = grid.interior(array)
         _check(np.array_equal(array, expected), f'the {name} of ghosts', 'another')
+    _check(position.dtype.str in _REAL, 'the type of position', position.dtype)
     _check(position.dtype == velocity.dtype, 'the type of velocity', velocity.dtype)
     _check(0 <= content.time < np.inf, 'time', content.time)
     _check(not np.isnan(content.work), 'work', content.work)
     _check_contact(content.contact, scene, position)
+    _check_grippers(content.grippers, scene)
     if content.account is not None:
         account = content.account
         _check(account.division in DIVISIONS, 'division', account.division)
@@ -234,6 +245,7 @@ def _snapshot(content: _Content) -> Snapshot:
         content.contact,
         content.account,
         _inputs(content, scene),
+        content.grippers,
         content.steps,
     )
 
@@ -258,6 +270,29 @@ def _check_contact(contact: ContactSnapshot | None, scene: Scene, position: Arra
         _check(each.touching >= 0, 'touching', each.touching)
 
 
+def _check_grippers(grippers: dict[str, GripperSnapshot] | None, scene: Scene) -> None:
+    """Raise ValueError if states of grippers are not those of a scene."""
+    parameters = {each.name: each for each in scene.grippers}
+    if grippers is None:
+        _check(not parameters, 'grippers', grippers)
+        return
+    _check(list(grippers) == list(parameters) != [], 'grippers', list(grippers))
+    free, count = ~scene.pinned().ravel(), scene.sheet.rows * scene.sheet.columns
+    for name, each in grippers.items():
+        _check(each.parameters == parameters[name], 'a gripper', each.parameters)
+        _check_pose(each.pose)
+        held = each.held
+        _check(held.dtype.str == _INTEGER and held.ndim == 1, 'held', held)
+        _check(((held >= 0) & (held < count)).all() and (np.diff(held) > 0).all(), 'held', held)
+        _check(free[held].all(), 'a held particle', 'pinned, or held twice')
+        free[held] = False
+        for array in (each.local, each.pull):
+            _check(array.dtype.str == _REAL[1], 'the type of a grip', array.dtype)
+            _check(array.shape == (len(held), 3), 'the shape of a grip', array.shape)
+            _check(np.isfinite(array).all(), 'a grip', 'not finite')
+        _check(len(each.total) == 6, 'the impulse on a gripper', each.total)
+
+
 def _check_pose(pose: Pose) -> None:
     _check(np.isfinite(pose).all(), 'a pose', pose)
     _check(abs(np.linalg.norm(pose[3:]) - 1) < _ROUNDING, 'an orientation', pose[3:])
@@ -265,13 +300,23 @@ def _check_pose(pose: Pose) -> None:
 
 def _inputs(content: _Content, scene: Scene) -> Inputs:
     """Return the commands; checked, and with the numbers as they are: they are not rounded."""
-    names = [each.name for each in scene.all_colliders()]
-    Inputs(content.wind, content.collider_paths)
-    inputs = Inputs().with_wind(content.wind)
+    Inputs(content.wind, content.collider_paths, content.gripper_paths, content.grips)
+    inputs = Inputs(grips=content.grips).with_wind(content.wind)
+    colliders = [each.name for each in scene.all_colliders()]
+    grippers = [each.name for each in scene.grippers]
     for name, path in content.collider_paths.items():
-        _check(name in names, 'a moved collider', name)
-        _check(len(path) <= MAX_WAYPOINTS, 'the number of waypoints', len(path))
-        for pose in path:
-            _check_pose(pose)
+        _check_path(name, path, colliders)
         inputs = inputs.with_path(name, path)
+    for name, path in content.gripper_paths.items():
+        _check_path(name, path, grippers)
+        inputs = inputs.with_gripper_path(name, path)
+    for name, _ in content.grips:
+        _check(name in grippers, 'a gripper', name)
     return inputs
+
+
+def _check_path(name: str, path: tuple[Pose, ...], names: list[str]) -> None:
+    _check(name in names, 'a moved body', name)
+    _check(len(path) <= MAX_WAYPOINTS, 'the number of waypoints', len(path))
+    for pose in path:
+        _check_pose(pose)

@@ -38,6 +38,10 @@ class State:
         The reciprocals of a particle's tributary lengths along its row and along its column, in
         units of the spacing: 2 at an end, otherwise 1, and 0 for pinned particles and ghosts;
         shape (2, size).  Their product is the reciprocal of its mass, in units of that of a cell.
+    contact_mobility
+        The same for contact, which does not move particles that grippers hold either: 0 for these.
+    held
+        Flat indices of these, ascending, shape (n,); another array whenever they change.
 
     """
 
@@ -50,6 +54,8 @@ class State:
     acceleration: Array = field(init=False)
     free: Array = field(init=False)
     mobility: Array = field(init=False)
+    contact_mobility: Array = field(init=False)
+    held: Array = field(init=False)
 
     def __post_init__(self) -> None:
         """Allocate the arrays, with every particle free, at the origin and at rest."""
@@ -109,6 +115,14 @@ class State:
         across[...] = ~pinned / tributary_lengths(self.grid.rows)[:, None]
         self.velocity *= self.free
         self.acceleration *= self.free
+        self.hold(np.zeros(0, np.int64))
+
+    def hold(self, held: Array) -> None:
+        """Note which particles grippers hold, by their flat indices."""
+        self.held, self.contact_mobility = held, self.mobility
+        if len(held):
+            self.contact_mobility = self.mobility.copy()
+            self.contact_mobility[:, held] = 0
 
 
 @kernel

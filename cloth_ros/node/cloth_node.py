@@ -9,8 +9,8 @@ from rclpy.time_source import CLOCK_TOPIC
 from ..interrupt import StopSignal
 from ..live.live_cloth import LiveCloth
 from ..scene import Scene
+from .body_frames import BodyFrames
 from .clock_jump_watchdog import watch_for_clock_jumps
-from .collider_frames import ColliderFrames
 from .context import Context
 from .diagnostics import PERIOD, Diagnostics
 from .duplicate_names import DuplicateNames
@@ -20,6 +20,7 @@ from .parameter_services import SafeParameterService
 from .parameters import SceneParameters, declare_scene
 from .rejected_inputs import RejectedInputs
 from .services import SERVICES
+from .services.grasp import GraspServices
 from .simulation_clock import SimulationClock, check_clock
 from .state_stamps import StateStamps
 from .tick_clock import TickClock
@@ -57,7 +58,7 @@ class ClothNode(ValidatedClockNode):
         check_clock(self, scene.clock.publish)
         self._log.info('preparing the kernels')
         self._transforms = Transforms(self, scene.frame_id)
-        self._frames = ColliderFrames(self._transforms, self._log)
+        self._frames = BodyFrames(self._transforms, self._log)
         self._scene = scene
         now = self.get_clock().now().nanoseconds
         self._live = LiveCloth(self._frames.simulated(scene, None, now), self._log)
@@ -74,6 +75,8 @@ class ClothNode(ValidatedClockNode):
         self._sender = context.sender
         self._outputs = [make(context) for make in OUTPUTS]
         self._inputs = [make(context) for make in INPUTS]
+        self._grasps = GraspServices(context)
+        self._grasps.follow(scene)
         for each in self._inputs:
             each.follow(scene)
         for create in SERVICES:
@@ -136,10 +139,12 @@ class ClothNode(ValidatedClockNode):
             former, self._scene = self._scene, scene
             now = self.get_clock().now().nanoseconds
             simulated = self._frames.simulated(scene, self._live, now)
-            prepared = scene.collider.unnamed != former.collider.unnamed
-            # Parameters of a collider that is not named change nothing that is simulated.
+            groups = zip(scene.named_groups, former.named_groups, strict=True)
+            prepared = any(now.unnamed != before.unnamed for now, before in groups)
+            # Parameters of a body that is not named change nothing that is simulated.
             if not prepared or simulated != self._live.requested:
                 self._live.configure(simulated)
+            self._grasps.follow(scene)
             for each in self._inputs:
                 each.follow(scene)
         self._follow_clock()

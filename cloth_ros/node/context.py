@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from rclpy.node import Node
 
 from ..live.live_cloth import LiveCloth
-from .collider_frames import ColliderFrames
+from .body_frames import BodyFrames
 from .parameters import SceneParameters
 from .rejected_inputs import RejectedInputs
 from .sender import Sender
@@ -32,7 +32,7 @@ class Context:
     rejected
         Counts and reports messages that are rejected.
     frames
-        Moves colliders that follow a frame.
+        Moves colliders and grippers that follow a frame.
     parameters
         Parameters of the node that make the scene.
     step
@@ -48,7 +48,7 @@ class Context:
     live: LiveCloth
     transforms: Transforms
     rejected: RejectedInputs
-    frames: ColliderFrames
+    frames: BodyFrames
     parameters: SceneParameters
     step: Callable[[], None]
     sender: Sender = field(default_factory=Sender)

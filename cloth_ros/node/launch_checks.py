@@ -73,7 +73,7 @@ def recorded_topics(scene: str, namespace: str) -> list[str]:
     Parameters
     ----------
     scene
-        Path of the scene file, whose colliders have topics for commands.
+        Path of the scene file, whose colliders and grippers have topics for commands.
     namespace
         Of the node.
 
@@ -83,7 +83,7 @@ def recorded_topics(scene: str, namespace: str) -> list[str]:
         The scene is not valid.
 
     """
-    names = [each.name for each in Scene.from_yaml(scene).colliders]
+    names = [name for group in Scene.from_yaml(scene).named_groups for name in group.names]
     within = f'/{namespace.strip("/")}'.rstrip('/')
     outputs = (f'cloth/{name}' for name in ('particles', 'ticks', 'keyframes', 'scene'))
     relative = (*outputs, 'wind', 'sphere_pose', *(f'{name}/pose' for name in names))

@@ -197,8 +197,8 @@ def _ros_text(name: str, value: Any, errors: list[str]) -> str:
         value = value if whole else [float(item) for item in value]
     if _is_ros_value(value):
         return write(value)
-    # What ROS has no type for.  A list with a text is not valid either for any parameter here.
-    return write([format_value(value)])
+    # What ROS has no type for.  A list with such a text is valid for no parameter here either.
+    return write([f'{format_value(value)}, no value of ROS'])
 
 
 def _typed(value: Any) -> str:

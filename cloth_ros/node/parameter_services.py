@@ -67,7 +67,7 @@ class SafeParameterService(ParameterService):
         """
         Set parameters one by one; try again, after the others, what was rejected.
 
-        A file from `ros2 param dump` may name a collider before it gives the parameters.
+        A file from `ros2 param dump` may name a body before it gives the parameters.
         """
         results = [self._set([parameter]) for parameter in request.parameters]
         for place, parameter in enumerate(request.parameters):
@@ -109,12 +109,12 @@ class SafeParameterService(ParameterService):
         return result
 
     def _without_effect(self, messages: Sequence[ParameterMessage]) -> str:
-        """Say which parameters have no effect yet, because their collider is not named."""
-        unnamed = self._scene.unnamed(messages)
-        if not unnamed:
-            return ''
-        names = ' and '.join(map(repr, unnamed))
-        return f'no effect until {names} is in collider.names'
+        """Say which parameters have no effect yet, because their body is not named."""
+        return '; '.join(
+            f'no effect until {" and ".join(map(repr, names))} is in {parameter}'
+            for parameter, names in self._scene.unnamed(messages).items()
+            if names
+        )
 
     def _to_be_set(self, messages: Sequence[ParameterMessage]) -> Iterator[ParameterMessage]:
         """Yield the parameters to set, without fixed ones that keep their value; ValueError."""

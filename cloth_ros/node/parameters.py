@@ -16,7 +16,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ..model import check_scene
-from ..scene import Colliders, Scene
+from ..scene import Scene
 from ..scene.parameter import (
     ParameterSpec,
     convert,
@@ -87,12 +87,13 @@ def declare_scene(node: Node) -> tuple[Scene, QueueDepths]:
     queues = QueueDepths.of(node)
     queues.check(scene)
     declare_missing(node, scene)
-    for collider in scene.collider.unnamed:
-        names = write([*scene.collider.names, collider.name])
-        node.get_logger().warning(
-            f'the parameters of the collider {collider.name!r} have no effect: it is not in '
-            f'collider.names; write collider.names: {names}'
-        )
+    for group in scene.named_groups:
+        for each in group.unnamed:
+            names = f'{group.prefix}names'
+            node.get_logger().warning(
+                f'the parameters of the {each.kind} {each.name!r} have no effect: it is not in '
+                f'{names}; write {names}: {write([*group.names, each.name])}'
+            )
     return scene, queues
 
 
@@ -107,8 +108,8 @@ def declare_missing(node: Node, scene: Scene) -> None:
 
 
 def undeclare_removed(node: Node, before: Scene, after: Scene) -> None:
-    """Undeclare the parameters of colliders that a scene has no longer."""
-    for name in before.collider.flat().keys() - after.collider.flat().keys():
+    """Undeclare the parameters of colliders and grippers that a scene has no longer."""
+    for name in before.flat().keys() - after.flat().keys():
         if node.has_parameter(name):
             node.undeclare_parameter(name)
 
@@ -202,7 +203,7 @@ class SceneParameters:
     @contextmanager
     def declared(self, parameters: Iterable[Parameter]) -> Iterator[None]:
         """
-        Declare the parameters that belong to a collider without parameters so far; set them then.
+        Declare the parameters of colliders and grippers that have none so far; set them then.
 
         rclpy sets declared parameters only.  What was not set in the end is undeclared.
 
@@ -237,11 +238,15 @@ class SceneParameters:
         if not result.successful:
             raise ValueError(result.reason)
 
-    def unnamed(self, parameters: Iterable[Parameter]) -> list[str]:
-        """Return the colliders that parameters belong to, and that `collider.names` lacks."""
+    def unnamed(self, parameters: Iterable[Parameter]) -> dict[str, list[str]]:
+        """Return the bodies that parameters belong to, by the parameter that lacks their names."""
         given = {parameter.name.rpartition('.')[0] for parameter in parameters}
-        prefix = Colliders.prefix
-        return [each.name for each in self.scene.collider.unnamed if prefix + each.name in given]
+        return {
+            f'{group.prefix}names': [
+                each.name for each in group.unnamed if group.prefix + each.name in given
+            ]
+            for group in self.scene.named_groups
+        }
 
     def _may_be_set(self, parameters: list[Parameter]) -> SetParametersResult:
         if self._declaring:
@@ -256,7 +261,7 @@ class SceneParameters:
         if self._declaring:
             return
         before, self.scene = self.scene, changed_scene(self.scene, parameters, self._queues)
-        # With `collider.names`, new colliders may come and others go.
+        # With their names, new colliders and grippers may come and others go.
         with self._unfollowed():
             declare_missing(self._node, self.scene)
             undeclare_removed(self._node, before, self.scene)

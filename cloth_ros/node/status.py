@@ -51,7 +51,7 @@ def evaluate(
     paused
         True if the cloth is paused.
     frames
-        Why a collider does not follow its frame; empty if all do.
+        Why a collider or gripper does not follow its frame; empty if all do.
 
     """
     ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN

@@ -17,18 +17,19 @@ those in the folder config/ of this package.  Ctrl-C ends the node.
 topics and services:
   wind          in   geometry_msgs/Vector3Stamped       velocity of the air, m/s
   sphere_pose   in   geometry_msgs/PoseStamped          where the sphere moves to, m
-  NAME/pose     in   geometry_msgs/PoseStamped          where the collider NAME moves to, m
+  NAME/pose     in   geometry_msgs/PoseStamped          where a collider or gripper moves to, m
   ~/particles   out  sensor_msgs/PointCloud2            position and velocity of each particle
   ~/markers     out  visualization_msgs/MarkerArray     what RViz shows
   ~/ticks       out  std_msgs/String                    what each tick has taken in, for replays
   ~/keyframes   out  std_msgs/UInt8MultiArray           the exact state, where a replay can begin
   ~/scene       out  std_msgs/String                    the scene as it runs, a parameter file
   /diagnostics  out  diagnostic_msgs/DiagnosticArray    real-time factor, load, rejected inputs …
-  NAME/wrench   out  geometry_msgs/WrenchStamped        force and torque on collider NAME, N, N m
+  NAME/wrench   out  geometry_msgs/WrenchStamped        force and torque on a collider or gripper
   ~/reset            std_srvs/Trigger                   return to the initial state
   ~/pause            std_srvs/SetBool                   stop or continue
   ~/step             std_srvs/Trigger                   one tick, while paused
   ~/save, ~/load     std_srvs/Trigger                   write and read the whole state
+  NAME/grasp         std_srvs/SetBool                   gripper NAME takes or releases the sheet
   /clock        out  rosgraph_msgs/Clock                simulated time, with clock.publish
 
 main parameters, with their defaults:
@@ -40,7 +41,7 @@ documentation: README.md and docs/ in the repository of cloth_ros
 MAIN_PARAMETERS = (
     *('rate', 'sheet.rows', 'sheet.columns', 'sheet.size', 'sheet.mass', 'sheet.position', 'pins'),
     *('springs.structural', 'springs.shear', 'springs.bending', 'drag', 'gravity'),
-    *('wind.velocity', 'sphere.radius', 'sphere.position', 'collider.names'),
+    *('wind.velocity', 'sphere.radius', 'sphere.position', 'collider.names', 'gripper.names'),
     *('solver.tolerance', 'solver.threads', 'solver.overload'),
 )
 

@@ -125,6 +125,8 @@ class OtherCloth:
             self.cloth.substep,
             recorded.wind,
             recorded.colliders,
+            recorded.grippers,
+            recorded.grips,
         )
 
     def keyframe(self, tick: int, stamp: int) -> Keyframe:

@@ -18,11 +18,13 @@ import numpy as np
 from . import parameter_file
 from .collider import ColliderParameters, Colliders
 from .conversion import unit_vector
+from .gripper import GripperParameters, Grippers
+from .named_group import NamedGroup, check_distinct
 from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
-from .yaml_text import write
+from .wind import Wind
 
 Vector = tuple[float, float, float]
 
@@ -112,68 +114,6 @@ class Springs(ParameterGroup):
 
 
 @dataclass(frozen=True)
-class Gust(ParameterGroup):
-    """A gust every period, of random speed in one direction."""
-
-    prefix: ClassVar[str] = 'wind.gust.'
-    period: float = parameter(
-        0.0,
-        'time from one gust to the next, the first after one period; 0: none',
-        unit='s',
-        low=0,
-        high=1e6,
-    )
-    duration: float = parameter(1.0, 'how long a gust blows', unit='s', low=0, high=1e6)
-    direction: Vector = parameter((0.0, 1.0, 0.0), 'where gusts blow to', low=-1e6, high=1e6)
-    speed: tuple[float, float] = parameter(
-        (0.0, 5.0), 'least and greatest speed, uniformly drawn', unit='m/s', low=0, high=1e4
-    )
-    seed: int = parameter(0, 'seed of the random speeds', low=0, high=2**53)
-
-    def check(self) -> None:
-        """Normalise the direction; check speed, period and duration."""
-        unit = unit_vector('wind.gust.direction', self.direction, 'vector', (0.0, 1.0, 0.0))
-        object.__setattr__(self, 'direction', unit)
-        if self.speed[0] > self.speed[1]:
-            swapped = write(self.speed[::-1])
-            raise invalid_value_error(
-                'wind.gust.speed', list(self.speed), 'least, then greatest', f'write {swapped}'
-            )
-        if 0 < self.period < 1e-3:
-            raise invalid_value_error(
-                'wind.gust.period', self.period, '0 or at least 0.001 s', 'write 0.001'
-            )
-        if 0 < self.period < self.duration:
-            raise invalid_value_error(
-                'wind.gust.duration',
-                self.duration,
-                f'at most wind.gust.period, {self.period:g} s',
-                f'write {write(self.period)}, or lengthen the period',
-            )
-
-
-@dataclass(frozen=True)
-class Wind(ParameterGroup):
-    """Air: its velocity, density and drag coefficient."""
-
-    prefix: ClassVar[str] = 'wind.'
-    velocity: Vector = parameter(
-        (0.0, 0.0, 0.0),
-        'velocity of the air until a command comes',
-        unit='m/s',
-        low=-1e4,
-        high=1e4,
-    )
-    air_density: float = parameter(
-        1.2, 'density of the air; 0: no air', unit='kg/m³', low=0, high=1e4
-    )
-    drag_coefficient: float = parameter(
-        1.0, 'drag coefficient of a triangle that faces the wind', low=0, high=100
-    )
-    gust: Gust = field(default_factory=Gust)
-
-
-@dataclass(frozen=True)
 class Sphere(ParameterGroup):
     """A sphere that moves as commanded, unaffected by the cloth."""
 
@@ -230,7 +170,7 @@ class Solver(ParameterGroup):
 @dataclass(frozen=True)
 class Scene(ParameterGroup):
     """
-    A whole scene: the parameters of a cloth, of its air and of the colliders.
+    A whole scene: the parameters of a cloth, of its air, of colliders and grippers.
 
     >>> scene = Scene(sheet={'rows': 24, 'columns': 36, 'size': (1.5, 1.0)}, pins=['0,:'])  # m
     >>> scene = scene.with_parameters({'springs.bending': 5.0})  # N/m
@@ -258,6 +198,7 @@ class Scene(ParameterGroup):
     wind: Wind = field(default_factory=Wind)
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
+    gripper: Grippers = field(default_factory=Grippers)
     solver: Solver = field(default_factory=Solver)
     particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)
@@ -311,7 +252,7 @@ class Scene(ParameterGroup):
         Return this scene with the parameters of these dotted names changed, and checked.
 
         A change of ``collider.names`` removes the parameters of all colliders that it does not
-        name, except those given in the same change.
+        name, except those given in the same change; ``gripper.names`` those of grippers.
 
         Raises
         ------
@@ -330,7 +271,7 @@ class Scene(ParameterGroup):
         ]
         kept: dict[str, Any] = {}
         for name, value in self.children().items():
-            if isinstance(value, Colliders):  # as it is: there may be many, checked already
+            if isinstance(value, NamedGroup):  # as it is: there may be many, checked already
                 kept[name] = value.without(whole)
             else:
                 kept.update(value.flat() if isinstance(value, ParameterGroup) else {name: value})
@@ -342,12 +283,16 @@ class Scene(ParameterGroup):
         }
         scene = self.from_parameters({**kept, **changes})
         given = parameter_file.flat(changes)
-        if 'collider.names' not in given:
-            return scene
-        return replace(scene, collider=scene.collider.without_unnamed(given))
+        kept = {
+            group.prefix[:-1]: group.without_unnamed(given)
+            for group in scene.named_groups
+            if f'{group.prefix}names' in given
+        }
+        return replace(scene, **kept) if kept else scene
 
     def check(self) -> None:
-        """Refuse pins that the sheet does not have; leave out those that pin nothing."""
+        """Refuse names used twice, and pins that there are not; leave out empty pins."""
+        check_distinct(self.collider, self.gripper)
         object.__setattr__(self, 'pins', tuple(pin for pin in self.pins if pin.strip()))
         self.pinned()
 
@@ -355,6 +300,16 @@ class Scene(ParameterGroup):
     def colliders(self) -> tuple[ColliderParameters, ...]:
         """The colliders of `collider.names`, in that order; the `sphere` is not among them."""
         return self.collider.named
+
+    @property
+    def named_groups(self) -> tuple[NamedGroup[Any], ...]:
+        """The groups of bodies whose names the user chooses."""
+        return (self.collider, self.gripper)
+
+    @property
+    def grippers(self) -> tuple[GripperParameters, ...]:
+        """The grippers of `gripper.names`, in that order."""
+        return self.gripper.named
 
     def all_colliders(self) -> tuple[ColliderParameters, ...]:
         """Return all colliders of the scene: the sphere, if its radius is not 0, then others."""

@@ -18,6 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from .collider_poses import ECHO, ColliderPoses
 from .discovery import ClothName
+from .grippers import GripperClients
 from .marker_shapes import MarkerShapes, Shapes
 from .node_parameters import NodeParameters
 from .particles import Sheet, decode
@@ -28,7 +29,7 @@ _NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 _SILENT_AFTER = 2.0  # s without particles
 MAX_WIND = 50.0  # m/s, that the page may command
 # Parameters that change what the markers show.
-_DRAWN = ('pins', 'sphere.radius', 'sphere.position', 'collider.', 'markers.')
+_DRAWN = ('pins', 'sphere.radius', 'sphere.position', 'collider.', 'gripper.', 'markers.')
 
 
 class ClothClient:
@@ -51,9 +52,11 @@ class ClothClient:
     sheet
         Newest state that was taken; None before the first one.
     shapes, shapes_revision
-        Pins and colliders, and the number of times they were read.
+        Pins, colliders and grippers, and the number of times they were read.
     poses
-        Present poses of the colliders.
+        Present poses of the colliders and grippers.
+    grippers
+        Services of the grippers.
     wind
         Last wind that was commanded by anyone, m/s.
     values, level, message
@@ -89,6 +92,7 @@ class ClothClient:
         self._step = node.create_client(Trigger, topic('~/step'))
         self.parameters = NodeParameters(node, name.node, report)
         self.poses = ColliderPoses(node, name)
+        self.grippers = GripperClients(node, name, report)
         self._markers = MarkerShapes(node, topic('~/markers'))
         self._markers.request()
 
@@ -107,6 +111,7 @@ class ClothClient:
             self.values = {each.key: each.value for each in status.values}
             self.level, self.message = status.level, status.message
             self.reports += 1
+            self.grippers.take(self.values)
             if self.number('simulated time [s]') < before:
                 self._has_begun_again()
 
@@ -205,6 +210,8 @@ class ClothClient:
         self.parameters.update(time.monotonic())
         if before == 0 and self.parameters.revision > 0:
             self.wind = self._initial_wind
+        names = self.parameters.values.get('gripper.names', ())
+        self.grippers.follow([each for each in names if each])
         shapes = self._markers.take()
         if shapes is not None:
             self.shapes = shapes

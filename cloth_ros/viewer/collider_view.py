@@ -12,6 +12,7 @@ from .marker_shapes import Shape, Shapes
 from .pose import Pose, commanded_pose
 
 _COLOUR, _PLANE_COLOUR, _PIN_COLOUR = (74, 125, 196), (226, 228, 231), (242, 191, 38)
+_GRIPPER_COLOUR = (60, 160, 90)
 # Pins are drawn larger than their markers, up to this diameter, m.
 _PIN_ENLARGED, _LARGE_PIN = 1.6, 0.022
 
@@ -97,7 +98,8 @@ class ColliderView:
         path = f'{self._path}/colliders/{name}'
         largest = max(max(_extent(part)) for part in parts)
         plane = any(part.is_plane for part in parts)
-        sphere = all(part.kind == 'sphere' for part in parts)
+        # Of a ball nobody sees how it is turned, but of what a gripper holds.
+        sphere = all(part.kind == 'sphere' and part.opacity == 1 for part in parts)
         handle = self._scene.add_transform_controls(
             path,
             scale=0.3 if plane else float(np.clip(0.9 * largest, 0.12, 1.0)),
@@ -125,9 +127,11 @@ class ColliderView:
         x, y, z = part.size
         position, wxyz = part.pose
         if part.kind == 'sphere':
+            opacity = None if part.opacity == 1 else part.opacity
             self._scene.add_icosphere(
-                path, x / 2, colour, subdivisions=3, position=position, wxyz=wxyz
-            )
+                path, x / 2, colour if opacity is None else _GRIPPER_COLOUR, subdivisions=3,
+                position=position, wxyz=wxyz, opacity=opacity,
+            )  # fmt: skip
         elif part.kind == 'box':
             self._scene.add_box(
                 path,

@@ -9,6 +9,7 @@ import viser
 from . import words
 from .actions import Actions
 from .cloth_client import ClothClient
+from .gripper_controls import GripperControls
 from .parameter_slider import ParameterSlider, Range
 from .scene_view import ClothView
 from .sheet_view import COLOURINGS, ONE_COLOUR, TWO_SIDES
@@ -58,6 +59,9 @@ class Controls:
             self._step = gui.add_button('Step', icon=viser.Icon.PLAYER_TRACK_NEXT, visible=False)
             self._reset = gui.add_button('Reset', icon=viser.Icon.ROTATE)
         self._add_appearance()
+        self._grippers_folder = gui.add_folder('Grippers', visible=False)
+        with self._grippers_folder:
+            self._grippers = GripperControls(gui, client, actions)
         self._wind_folder = gui.add_folder('Wind')
         with self._wind_folder:
             self._wind = WindControls(gui, client, actions)
@@ -82,7 +86,7 @@ class Controls:
             colours = gui.add_dropdown('colours', _COLOURS)
             self._legend = gui.add_html('', visible=False)
             shown = gui.add_checkbox('show this cloth', True)
-            handles = gui.add_checkbox('handles of the colliders', True)
+            handles = gui.add_checkbox('handles of colliders and grippers', True)
 
         async def coloured(event: viser.GuiEvent[Any]) -> None:
             chosen = colours.value
@@ -116,6 +120,8 @@ class Controls:
             self._pause.label = label
             self._pause.icon = viser.Icon.PLAYER_PLAY if client.paused else viser.Icon.PLAYER_PAUSE
         self._wind.update()
+        with self._grippers_folder:
+            self._grippers_folder.visible = self._grippers.update() and commandable
         if not self._has_colouring and self._view.sheet.colouring:
             self._has_colouring = True
             self._colours.value = self._view.sheet.colouring  # type: ignore[misc]

@@ -39,6 +39,8 @@ class Shape(NamedTuple):
         Extent along its x, y, z, m; of a cylinder, z is the axis.
     triangles
         Of a mesh, m, shape (count, 3, 3).
+    opacity
+        Below 1 for the ball of a gripper.
 
     """
 
@@ -46,6 +48,7 @@ class Shape(NamedTuple):
     pose: Pose
     size: tuple[float, float, float]
     triangles: NDArray[np.float32]
+    opacity: float = 1.0
 
     @property
     def is_plane(self) -> bool:
@@ -100,7 +103,8 @@ def read_shapes(message: MarkerArray) -> Shapes | None:
         elif marker.ns not in _CLOTH and marker.type in _KINDS:
             kind = _KINDS[marker.type]
             mesh = _points(marker) if kind == 'mesh' else np.empty(0, np.float32)
-            shape = Shape(kind, Pose.of_message(marker.pose), scale, mesh.reshape(-1, 3, 3))
+            pose, opacity = Pose.of_message(marker.pose), round(marker.color.a, 3)
+            shape = Shape(kind, pose, scale, mesh.reshape(-1, 3, 3), opacity)
             parts.setdefault(marker.ns, []).append(shape)
     colliders = {}
     for name, shapes in parts.items():

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import SCENE_FILES, examples, scene_of
+from builders import NEGLIGIBLE_AIR, SCENE_FILES, cloth_of, examples, scene_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -211,3 +211,24 @@ def test_an_invalid_time_is_refused(seconds):
     for method in (estimator.observe, estimator.work):
         with pytest.raises(ValueError, match='seconds is'):
             method(seconds)
+
+
+def test_the_finer_solution_takes_part_in_grasps_and_motions_of_grippers():
+    """Without them, its sheet would fall."""
+    hand = {'position': (-0.25, -0.25, 1.0), 'radius': 0.08}
+    cloth = cloth_of(
+        sheet={'rows': 12, 'columns': 12, 'size': (0.5, 0.5)}, pins=[''], **NEGLIGIBLE_AIR,
+        gripper={'names': ['hand'], 'hand': hand}, solver__precision='double',
+    )  # fmt: skip
+    estimator = ErrorEstimator(cloth)
+    for tick in range(40):
+        if tick % 8 == 0:
+            cloth.grasp('hand')
+        cloth.move_gripper('hand', (-0.25, -0.25, 1.0 + 0.01 * tick))
+        estimator.observe(1 / 60)
+        cloth.advance(1 / 60)
+        if tick == 20:
+            cloth.release('hand')
+        estimator.work(math.inf)
+    assert estimator.estimate.seconds > 0.1
+    assert 0 < estimator.estimate.largest < 0.01

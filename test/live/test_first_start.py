@@ -32,7 +32,7 @@ def test_a_cloth_is_held_until_kernels_of_motion_are_there_and_makes_up_no_time(
     live = LiveCloth(SCENE, log)
     assert not live.running
     live.set_wind((1.0, 0.0, 0.0))
-    live.move_collider('sphere', (0.0, 0.0, 4.0))
+    live.bodies.move('sphere', (0.0, 0.0, 4.0))
     assert run(live, 100) == 0
     assert live.take_report().held == 'the kernels of motion are being compiled'
     assert live.pending == 0
@@ -56,9 +56,9 @@ def test_without_kernels_of_contact_it_moves_until_a_collider_may_touch_it(compi
     live = LiveCloth(SCENE, log)
     assert run(live, 5) == pytest.approx(5, abs=0.5)
     time = run(live, 0)
-    live.move_collider('sphere', (0.0, 0.0, -3.0))  # through the sheet
+    live.bodies.move('sphere', (0.0, 0.0, -3.0))  # through the sheet
     assert run(live, 5) == time
-    live.move_collider('sphere', (0.0, 0.0, 3.0))
+    live.bodies.move('sphere', (0.0, 0.0, 3.0))
     assert run(live, 5) == time  # held until both waypoints can be passed
     assert live.colliders['sphere'].position == (0.0, 0.0, 3.0)
     report = live.take_report()
@@ -68,7 +68,7 @@ def test_without_kernels_of_contact_it_moves_until_a_collider_may_touch_it(compi
     assert live.values()['error estimate [m]'] == 'not yet sampled'
     live.reset()  # which moves the sphere away
     assert run(live, 2) == pytest.approx(2, abs=0.5)
-    live.move_collider('sphere', (0.0, 0.0, -3.0))
+    live.bodies.move('sphere', (0.0, 0.0, -3.0))
     time = run(live)
     compiler.finish()
     run(live)
@@ -81,7 +81,7 @@ def test_without_kernels_of_contact_it_moves_until_a_collider_may_touch_it(compi
 def test_kernels_that_cannot_be_compiled_hold_it_until_others_are_requested(compiler, log, kind):
     compiler.missing = {kind}
     live = LiveCloth(SCENE, log)
-    live.move_collider('sphere', (0.0, 0.0, -3.0))
+    live.bodies.move('sphere', (0.0, 0.0, -3.0))
     compiler.finish(OSError('no space'))
     assert run(live, 3) == 0
     assert f'kernels of {kind} cannot be compiled (OSError: no space)' in log.text

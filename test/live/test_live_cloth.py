@@ -140,7 +140,7 @@ def test_a_reset_returns_to_the_initial_state(compiler, log):
     live = LiveCloth(SPHERE, log)
     initial = positions(live)
     live.set_wind((3.0, 0.0, 0.0))
-    live.move_collider('sphere', (0.0, 1.0, 3.0))
+    live.bodies.move('sphere', (0.0, 1.0, 3.0))
     run(live, 5)
     assert live.colliders['sphere'].position == pytest.approx((0.0, 1.0, 3.0))
     assert 'error estimate, root mean square [m]' in live.values()
@@ -192,13 +192,13 @@ def test_an_interrupted_tick_leaves_a_state_that_continues(compiler, log):
 def test_an_invalid_command_is_refused(compiler, log, command, value):
     live = LiveCloth(SPHERE, log)
     with pytest.raises(ValueError, match='must be'):
-        live.set_wind(value) if command == 'wind' else live.move_collider(command, value)
+        live.set_wind(value) if command == 'wind' else live.bodies.move(command, value)
     assert live.air_velocity == SCENE.wind.velocity
 
 
 def test_moving_a_sphere_that_is_not_there_names_its_parameter(live):
     with pytest.raises(ValueError, match=r'sphere\.radius'):
-        live.move_collider('sphere', (0.0, 0.0, 0.0))
+        live.bodies.move('sphere', (0.0, 0.0, 0.0))
 
 
 def test_the_error_estimate_is_given_all_inputs(compiler, log):
@@ -209,7 +209,7 @@ def test_the_error_estimate_is_given_all_inputs(compiler, log):
     for number in range(24):
         live.set_wind((3.0 * math.sin(number), 2.0 * (number % 3), 0.0))
         for y in (0.38, 0.35):  # both waypoints are passed within a tick
-            live.move_collider('sphere', (0.0, y - 0.02 * number, 1.0))
+            live.bodies.move('sphere', (0.0, y - 0.02 * number, 1.0))
         run(live)
         seen.append(live.values()['error estimate [m]'])
     assert live.values()['sphere penetration [m]'] >= 0
@@ -337,7 +337,7 @@ print('held at first:', live.take_report().held, np.array_equal(first, positions
 tick_while(lambda: not live.running)
 tick_while(lambda: np.array_equal(first, positions()))
 print('moves')
-live.move_collider('sphere', (0.0, 0.0, 1.0))
+live.bodies.move('sphere', (0.0, 0.0, 1.0))
 tick_while(lambda: live.colliders['sphere'].position[2] > 5.0)
 print('sphere moved')
 tick_while(lambda: live.values()['error estimate [m]'] == 'not yet sampled')

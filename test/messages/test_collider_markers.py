@@ -1,6 +1,6 @@
 """Markers of colliders: what a viewer draws from them is the collider."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -48,6 +48,7 @@ class Still:
     scene: Scene
     colliders: dict[str, Shape]
     air_velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    grippers: dict[str, object] = field(default_factory=dict)
 
     def write_positions(self, out: np.ndarray) -> None:
         out[...] = 0.0

@@ -179,7 +179,12 @@ def test_a_large_sheet_in_motion(precision):
 
 
 def test_markers_that_are_no_longer_published_can_be_deleted():
-    cloth = Cloth(scene_of(sphere__radius=0.1, sphere__position=(0, 0, 9), markers__springs=True))
+    cloth = Cloth(
+        scene_of(
+            sphere__radius=0.1, sphere__position=(0, 0, 9), markers__springs=True,
+            gripper={'names': ['left']},
+        )
+    )  # fmt: skip
     identities = MarkersMessage(cloth).identities
     assert len(identities) == len(MARKERS)
     message = deletion(identities, 'world')

@@ -89,7 +89,7 @@ def test_a_flipped_bit_or_a_cut_anywhere_is_found(data, share, bit):
         (lambda data: (ROOT / 'config' / 'gust.yaml').read_bytes(), 'does not begin'),
         (lambda data: data + b'\0', 'checksum'),
         (lambda data: data.replace(b'\r\n', b'\n', 1), 'does not begin'),
-        (lambda data: data[:8] + b'\2' + data[9:], 'update cloth_ros'),
+        (lambda data: data[:8] + b'\3' + data[9:], 'update cloth_ros'),
     ],
 )
 def test_the_reason_is_named(data, change, reason):

@@ -37,6 +37,7 @@ CHANGES = {
     'sphere.position': [0.0, 0.0, 0.5],
     'sphere.friction': 0.1,
     'collider.names': [''],
+    'gripper.names': [''],
     'solver.method': 'position_verlet',
     'solver.substeps': 100,
     'solver.tolerance': 0.01,

@@ -39,8 +39,8 @@ def commands(live, tick):
     """Move what can be moved, change parameters, reset; of all kinds, some in one tick."""
     live.set_wind((0.1 * tick, 3.0 * np.sin(tick), 0.3))
     if 'sphere' in live.colliders:
-        live.move_collider('sphere', (0.001 * tick, 0.0, 0.75 + 0.002 * tick))
-        live.move_collider('sphere', (0.001 * tick, 0.01, 0.75 + 0.002 * tick))
+        live.bodies.move('sphere', (0.001 * tick, 0.0, 0.75 + 0.002 * tick))
+        live.bodies.move('sphere', (0.001 * tick, 0.01, 0.75 + 0.002 * tick))
     if tick == 20:
         live.configure(live.requested.with_parameters({'springs.shear': 100.0, 'drag': 1.0}))
     if tick == 40:

@@ -14,7 +14,8 @@ from pathlib import Path
 from hypothesis import strategies as st
 from meshes import ascii_stl, binary_stl, box, obj
 
-from cloth_ros.scene.collider import RESERVED_NAMES, SHAPE_PARAMETERS
+from cloth_ros.scene.collider import SHAPE_PARAMETERS
+from cloth_ros.scene.named_group import RESERVED_NAMES
 
 # A value of each parameter of a shape.
 SHAPE = {'size': (1.0, 2.0, 0.1), 'radius': 0.2, 'length': 0.5, 'mesh': 'parts/hand.stl'}

@@ -10,7 +10,8 @@ from remedies import as_in_a_file, as_set, follow
 from ros import dumped
 
 from cloth_ros import ColliderParameters, Scene
-from cloth_ros.scene.collider import MAX_COLLIDERS, RESERVED_NAMES, SHAPE_PARAMETERS
+from cloth_ros.scene.collider import MAX_COLLIDERS, SHAPE_PARAMETERS
+from cloth_ros.scene.named_group import RESERVED_NAMES
 from cloth_ros.scene.parameter import MEMBERS, declaration, is_group, unknown_parameter_error
 from cloth_ros.scene.plausibility import implausible_values
 
@@ -21,7 +22,7 @@ BOX = {**TABLE, 'collider.table.size': [1.0, 2.0, 0.1]}
 
 def test_the_types_are_those_of_the_interface():
     assert list(SHAPE_PARAMETERS) == ['plane', 'sphere', 'box', 'capsule', 'cylinder', 'mesh']
-    expected = [*SHAPE_NAMES, 'position', 'orientation', 'friction', 'frame_id']
+    expected = [*SHAPE_NAMES, 'friction', 'position', 'orientation', 'frame_id']
     assert list(MEMBERS['collider']) == expected
 
 

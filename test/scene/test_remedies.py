@@ -11,7 +11,7 @@ from remedies import as_in_a_file, as_set, follow
 
 from cloth_ros import Scene
 from cloth_ros.model import check_scene
-from cloth_ros.model.contact.kinematic_path import checked_position
+from cloth_ros.model.kinematic_path import checked_position
 from cloth_ros.scene.parameter import DEFAULTS, GROUPS, PARAMETERS, unknown_parameter_error
 
 WRONG = {

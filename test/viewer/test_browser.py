@@ -7,11 +7,12 @@ import pytest
 from chromium import DESKTOP
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from rcl_interfaces.msg import ParameterEvent
-from ros import set_parameters, stamp
+from ros import pose, set_parameters, stamp
 from sensor_msgs.msg import PointCloud2
 
 UPPER = '/cloths/cloth/sheet/upper'
 SPHERE = '/cloths/cloth/colliders/sphere'
+GRIPPER = '/cloths/cloth/colliders/left'
 # A curtain at rest, seen from the side of a sphere.
 CURTAIN = {
     'sheet__rows': 16,
@@ -48,6 +49,33 @@ def test_the_mouse_turns_the_wind_and_drags_the_sphere(start_cloth, view, probe,
     probe.spin_until(lambda: winds and abs(winds[-1].vector.y - 7.5) < 1.0)
     assert abs(winds[-1].vector.x) < 1e-6
     view.wait_for(lambda: view.corners(UPPER)[:, 1].max() > 0.5)
+
+
+def test_a_button_grasps_and_a_handle_moves_what_is_held(start_cloth, view, probe, tmp_path):
+    """One refusal is shown: the gripper was moved away from the sheet."""
+    start_cloth(
+        **{**CURTAIN, 'sphere__radius': 0.0}, gripper__names='["left"]', gripper__left__radius=0.1,
+        gripper__left__position='[-0.5, 0.0, 1.0]',
+    )  # fmt: skip
+    view.wait_for_node(GRIPPER)
+    view.wait_for_node(UPPER)
+    still = view.corners(UPPER)
+    button = lambda text: view.page.get_by_role('button', name=text)  # noqa: E731
+    view.wait_for(button('left: grasp').count)
+    button('left: grasp').click()
+    view.wait_for(button('left: release').count)
+    poses = probe.collect(PoseStamped, '/left/pose')
+    view.drag_collider(GRIPPER, [0.0, 0.0, 0.14], [0.0, 0.0, 0.45])
+    probe.spin_until(lambda: poses and poses[-1].pose.position.z > 1.1)
+    view.keep_screenshot(tmp_path, 'gripper_laptop')
+    view.wait_for(lambda: np.abs(view.corners(UPPER) - still).max() > 0.1)
+    button('left: release').click()
+    view.wait_for(button('left: grasp').count)
+    away = probe.publisher(PoseStamped, '/left/pose')
+    away.publish(pose(3.0, 3.0, 3.0))
+    probe.spin_for(0.2)
+    button('left: grasp').click()
+    view.wait_for_text('the distance of')
 
 
 @pytest.mark.slow

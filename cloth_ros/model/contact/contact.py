@@ -90,6 +90,7 @@ class Contact:
         self._fastest = 0.0
         self._patience = 0
         self._unknown = False
+        self._held: Array | None = None
         self._pinned = bool(pinned.any())
         # Steps of a batch, and times of their drifts from its start, s.
         self._times_of: tuple[tuple[Drift, ...], Array] = ((), np.zeros(1))
@@ -123,6 +124,9 @@ class Contact:
 
         Not even if the sheet becomes twice as fast in that time, and falls.
         """
+        if state.held is not self._held:
+            self._held = state.held
+            self._particles.hold(state.held)
         self._fastest = max_speed(state)
         self._near = []
         gained = self._fastest + self._gravity * seconds
@@ -252,12 +256,12 @@ class Contact:
             self._times_of = (steps, np.cumsum([0.0, *[step.drift for step in steps]]))
         times = time + self._times_of[1]
         table = self._particles.table(state, self._near, times, self._fastest)
-        before, work = self._before, kicks.work.copy()
+        before, mark = self._before, kicks.mark()
         before[0], before[1] = state.position, state.velocity
         kicks.apply(state, steps, air_velocity, table if table.active.any() else None)
         if self._particles.cut(state, self._near, table, time + seconds):
             state.position[...], state.velocity[...] = before
-            kicks.work[...] = work
+            kicks.go_back(mark)
             return False
         self._note(self._particles.take(state, self._near, table))
         return True

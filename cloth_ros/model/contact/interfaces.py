@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from ..grid import Array
 from ..inputs import Vector
 from ..state import State
 from .contact_table import ContactTable
@@ -23,17 +22,7 @@ class Observer(Protocol):
 
 
 class Kicks(Protocol):
-    """
-    Kicks and drifts of a scene, as far as contact is concerned.
-
-    Attributes
-    ----------
-    work
-        Sums of the work of the air, by chunk.
-
-    """
-
-    work: Array
+    """Kicks and drifts of a scene, as far as contact is concerned."""
 
     def apply(
         self,
@@ -43,6 +32,14 @@ class Kicks(Protocol):
         contacts: ContactTable | None = None,
     ) -> None:
         """Make the kicks and drifts of `steps`, with contact if any."""
+        ...
+
+    def mark(self) -> Any:
+        """Return what `apply` changes besides the state."""
+        ...
+
+    def go_back(self, mark: Any) -> None:
+        """Undo what was applied since `mark`, but for the state."""
         ...
 
     def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:

@@ -109,7 +109,8 @@ class ParticleBatch:
         self._cells = grid.field(dtype, components=1)[0]
         self.rho: Array = grid.field(dtype, components=1)[0]
         self._mass: Array = grid.field(dtype, components=1)[0]
-        grid.interior(self._mass)[...] = grid.tributary_areas * ~pinned
+        self._free_masses = grid.tributary_areas * ~pinned
+        grid.interior(self._mass)[...] = self._free_masses
         self._gravity, self._small = gravity, _UNCHANGED * _LEAST * rho
         self._found: Found | None = None
         self.invalidate()
@@ -117,6 +118,11 @@ class ParticleBatch:
         # Of each collider in a search: by how much it approaches the sheet, and the clearance, m.
         self._numbers = np.zeros((2, len(colliders)))
         self._cached: dict[tuple[Any, ...], _Prepared] = {}
+
+    def hold(self, held: Array) -> None:
+        """Let contact not move particles of these flat indices: grippers hold them."""
+        self._grid.interior(self._mass)[...] = self._free_masses
+        self._mass[held] = 0
 
     def invalidate(self) -> None:
         """Bound the triangles anew, and search for blocks in reach, at the next batch."""

@@ -11,7 +11,7 @@ from ...scene.collider import ColliderParameters
 from ...scene.quaternion import Quaternion, rotation_matrix
 from ..grid import Array
 from ..inputs import Inputs, Pose, Vector
-from .kinematic_path import KinematicPath
+from ..kinematic_path import KinematicPath, motion_rows
 from .particle_contact import (
     ALLOWANCE,
     FRICTION,
@@ -24,7 +24,6 @@ from .particle_contact import (
     SHAPE,
     SLOP,
     SPIN,
-    VELOCITY,
 )
 from .shapes import shape_of
 from .shapes.capsule import capsule
@@ -46,11 +45,6 @@ _ALLOWANCE_SHARE, _ALLOWANCE = 1e-3, 2e-5
 _NEVER = 1e9
 # Roundings of a coordinate within which a particle counts as touching.
 _ROUNDINGS = 8
-
-
-def pose_of(parameters: ColliderParameters) -> Pose:
-    """Return where a collider is placed until it is moved."""
-    return (*parameters.position, *parameters.orientation)
 
 
 class ColliderSnapshot(NamedTuple):
@@ -117,7 +111,7 @@ class RigidCollider:
         self.inset = self.max_penetration = 0.0
         self.clearance = 0.0
         self.placed = True
-        self.pose: Pose = pose_of(parameters)
+        self.pose: Pose = parameters.pose
         self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
         self._size = min(self.shape.bounding_radius, extent)
         self._slop = _ROUNDINGS * float(np.finfo(dtype).eps) * (self._size + extent)
@@ -285,22 +279,18 @@ class RigidCollider:
         poses = (
             self.path.poses(times[: count + 1]) if not still else np.array([self.pose, self.pose])
         )
-        matrices = rotation_matrix(poses[:, 3:])
         shape = self._triangle_shape if triangles else self.shape
-        reference = self._centre
+        reference, turn = self._centre, None
         if not triangles:
-            reference = shape.reference(matrices[0].T @ (origin - poses[0, :3]))
-        points = poses[:, :3] - origin + matrices @ reference
-        if triangles:  # about the centre of what they meet, and along its axes
-            matrices, reference = matrices @ self._turn, np.zeros(3)
-        rows[:, ROTATION:POINT] = matrices[1:].reshape(-1, 9)
-        rows[:, POINT:SPIN] = points[1:]
-        if not still:
-            h = np.diff(times)
-            per_h = np.where(h > 0, 1 / np.where(h > 0, h, 1.0), 0.0)[:, None]
-            turns = np.eye(3) - matrices[:-1] @ np.swapaxes(matrices[1:], 1, 2)
-            rows[:, SPIN:VELOCITY] = turns.reshape(-1, 9) * per_h
-            rows[:, VELOCITY:INSET] = np.diff(points, axis=0) * per_h
+            away = rotation_matrix(poses[0, 3:]).T @ (origin - poses[0, :3])
+            reference = shape.reference(away)
+        else:  # about the centre of what they meet, and along its axes
+            turn = self._turn
+        rows[:, ROTATION:INSET] = motion_rows(
+            poses, None if still else times[: count + 1], origin, reference, turn
+        )
+        if triangles:
+            reference = np.zeros(3)
         elapsed = times[1 : count + 1] - times[0]
         if self.grows:
             rows[:, INSET] = np.maximum(self.inset - GROWTH_SPEED * elapsed, 0.0)

@@ -90,7 +90,7 @@ class TriangleSubstep:
         sums = np.zeros(SUMS)
         inner = max(inner - collider.inset, _LEAST * inner)
         depth, touched, forced, pinned, farthest = resolve_triangles(
-            state.position, state.velocity, state.mobility, particles, triangles, h,
+            state.position, state.velocity, state.contact_mobility, particles, triangles, h,
             self._gravity, collider.triangle_kind, before, after, self._fields.of(collider),
             outer, inner, collider.tolerance, sums,
         )  # fmt: skip
@@ -125,8 +125,8 @@ class TriangleSubstep:
         outer, inner = collider.triangle_radii
         inner = max(inner - collider.inset, _LEAST * inner)
         depth: float = push_out_triangles(
-            state.position, state.velocity, state.mobility, particles, triangles, self._gravity,
-            collider.triangle_kind, row, self._fields.of(collider), outer, inner,
+            state.position, state.velocity, state.contact_mobility, particles, triangles,
+            self._gravity, collider.triangle_kind, row, self._fields.of(collider), outer, inner,
             collider.tolerance, sums,
         )  # fmt: skip
         if depth > 0:  # what the broad phases know is out of date
@@ -146,7 +146,7 @@ class TriangleSubstep:
             return 0.0
         outer = collider.triangle_radii[0]
         depth: float = deepest_triangle(
-            state.position, state.velocity, state.mobility, particles, triangles,
+            state.position, state.velocity, state.contact_mobility, particles, triangles,
             collider.triangle_kind, row, self._fields.of(collider), outer, collider.tolerance,
         )  # fmt: skip
         return depth
@@ -157,7 +157,10 @@ class TriangleSubstep:
         centre = row[POINT:SPIN]
         BroadPhase(self._grid).find(state, 0.0, centre, centre, 1e9, 0.0)
         none, triangles = np.zeros(0, np.int32), np.zeros((0, 3), np.int64)
-        sheet, fields = (state.position, state.velocity, state.mobility), self._fields.of(collider)
+        sheet, fields = (
+            (state.position, state.velocity, state.contact_mobility),
+            self._fields.of(collider),
+        )
         resolve_triangles(
             *sheet, none, triangles, 0.0, self._gravity, collider.triangle_kind, row, row, fields,
             1.0, 1.0, 1e-5, np.zeros(SUMS),

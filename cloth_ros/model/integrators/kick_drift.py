@@ -12,7 +12,9 @@ from __future__ import annotations
 
 import functools
 import math
+import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from ...scene import Scene
 from ..contact.contact_table import ContactTable, no_contacts
 from ..forces import aerodynamics, springs
 from ..grid import Array, Grid
+from ..grippers.grippers import Grippers
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
 from ..state import State
 from . import kick_drift_kernel as kernel
@@ -61,6 +64,8 @@ class KickDrift:
         Kinds of the shapes that the sheet may touch, see `contact.shapes`.
     several
         True if it may touch more than one collider.
+    grippers
+        Hold particles in each drift; None: the scene has none.
 
     Attributes
     ----------
@@ -83,8 +88,9 @@ class KickDrift:
         extra_drag: float = 0.0,
         kinds: frozenset[int] = frozenset(),
         several: bool = False,
+        grippers: Grippers | None = None,
     ) -> None:
-        self._separate = separate
+        self._separate, self._grippers = separate, grippers
         present = {family.name for family in springs.spring_families(scene)}
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
@@ -105,9 +111,11 @@ class KickDrift:
             scene.has_air,
             separate,
             dtype is np.float64,
+            gripping=grippers is not None,
         )
         self._kernel = compose()
-        self._contact_kernel = compose(kinds, several) if kinds else self._kernel
+        with_contact = functools.partial(compose, kinds=kinds, several=several)
+        self._contact_kernel = with_contact() if kinds else self._kernel
         self._tables: dict[tuple[Step, ...], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
@@ -133,7 +141,30 @@ class KickDrift:
                 self._tables.clear()
             table = np.array([row for step in steps for row in self.operations(step)])
             self._tables[steps] = table
-        self.run(state, table, air_velocity, contacts)
+        grips = () if self._grippers is None else self._grippers.table(state, steps)
+        self.run(state, table, air_velocity, contacts, grips)
+
+    def mark(self) -> Any:
+        """Return what `apply` changes besides the state, for `go_back`."""
+        return self.work.copy(), None if self._grippers is None else self._grippers.mark()
+
+    def go_back(self, mark: Any) -> None:
+        """Undo what was applied since `mark`, but for the state."""
+        self.work[...] = mark[0]
+        if self._grippers is not None:
+            self._grippers.go_back(mark[1])
+
+    def time_without_effect(
+        self, state: State, steps: tuple[Step, ...], air_velocity: Vector
+    ) -> float:
+        """Make steps, and undo them; return their wall-clock time, s."""
+        position, velocity, mark = state.position.copy(), state.velocity.copy(), self.mark()
+        start = time.perf_counter()
+        self.apply(state, steps, air_velocity)
+        seconds = time.perf_counter() - start
+        self.go_back(mark)
+        state.position[...], state.velocity[...] = position, velocity
+        return seconds
 
     def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:
         """Resolve the contact of a state that has just drifted for `h` s."""
@@ -175,8 +206,11 @@ class KickDrift:
         table: Array,
         air_velocity: Vector,
         contacts: ContactTable | None = None,
+        grips: tuple[Any, ...] = (),
     ) -> None:
         """Run the operations of a table, shape (n, 6)."""
+        if self._grippers is not None:
+            grips = grips or self._grippers.unmoved
         x, y, z = air_velocity
         number = state.dtype
         self._threads.run(
@@ -195,6 +229,7 @@ class KickDrift:
             self._bounds,
             self.work,
             self._no_contacts if contacts is None else contacts,
+            grips,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
             state.position, state.back_buffer = state.back_buffer, state.position

@@ -17,6 +17,7 @@ import numpy as np
 from ..contact import particle_contact
 from ..forces.aerodynamics import air_impulse, area_vector
 from ..forces.springs import spring_acceleration
+from ..grippers.held_particles import hold, hold_midpoint
 from ..kernels.jit import Kernel, inlined, kernel
 from ..kernels.thread_pool import (
     CHUNK,
@@ -122,6 +123,7 @@ def compose(
     double: bool,
     kinds: frozenset[int] = frozenset(),
     several: bool = False,
+    gripping: bool = False,
 ) -> Kernel:
     """
     Compile the kernel for the effects that a scene has.
@@ -139,6 +141,8 @@ def compose(
         With any, `former` receives the velocities before each kick.
     several
         True if there is more than one collider.
+    gripping
+        True if the scene has grippers: `grips` is a `GripTable`, and else an empty tuple.
 
     """
     contact = bool(kinds)
@@ -149,7 +153,7 @@ def compose(
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
         velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
-        contacts,
+        contacts, grips,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -210,6 +214,11 @@ def compose(
                         _update_and_drift(
                             first, last, position, back_buffer, velocity, midpoint, h
                         )
+                if gripping:
+                    if operation <= KICK:
+                        hold(first, last, drifts, back_buffer, velocity, grips)
+                    elif operation == KICK_TO_MIDPOINT:
+                        hold_midpoint(first, last, velocity, midpoint, grips)
                 if contact:
                     before, after = position, back_buffer
                     if operation == RESOLVE:

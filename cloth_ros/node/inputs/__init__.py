@@ -12,7 +12,7 @@ from typing import Protocol
 
 from ...scene import Scene
 from ..context import Context
-from .collider_poses import ColliderPoses
+from .body_poses import BodyPoses
 from .wind import WindInput
 
 
@@ -27,4 +27,4 @@ class Input(Protocol):
         """Subscribe to what a scene requires; called at the start, and when it has changed."""
 
 
-INPUTS: tuple[Callable[[Context], Input], ...] = (WindInput, ColliderPoses)
+INPUTS: tuple[Callable[[Context], Input], ...] = (WindInput, BodyPoses)

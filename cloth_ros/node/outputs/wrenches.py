@@ -1,4 +1,4 @@
-"""The topics `NAME/wrench`: force and torque of the cloth on each collider, at each tick."""
+"""The topics `NAME/wrench`: force and torque of the cloth on each collider and gripper."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from ..publisher import TolerantPublisher
 
 class WrenchesOutput:
     """
-    Publish the wrench of every collider that has a subscriber.
+    Publish the wrench of every collider and gripper that has a subscriber, at each tick.
 
-    The topics are those of the colliders that there are: one that is added gets its topic with the
+    The topics are those of the bodies that there are: one that is added gets its topic with the
     next state, and that of one that is removed disappears.
     """
 
@@ -35,7 +35,7 @@ class WrenchesOutput:
         self._follow_scene()
         for name, publisher in self._publishers.items():
             if publisher.wanted:
-                force, torque = self._live.contact_wrench(name)
+                force, torque = self._live.bodies.wrench(name)
                 times = divmod(stamp, 1_000_000_000)
                 publisher.publish(self._message.serialise(force, torque, *times))
 
@@ -43,10 +43,11 @@ class WrenchesOutput:
         """Make and destroy publishers, if the scene has changed."""
         if self._live.scene is self._scene:
             return
-        self._scene, colliders = self._live.scene, self._live.colliders
-        for name in self._publishers.keys() - colliders.keys():
+        self._scene = self._live.scene
+        names = (*self._live.colliders, *self._live.grippers)
+        for name in self._publishers.keys() - set(names):
             self._publishers.pop(name).destroy()
-        for name in colliders:
+        for name in names:
             if name not in self._publishers:
                 topic = f'{name}/wrench'
                 self._publishers[name] = TolerantPublisher(self._context, WrenchStamped, topic)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
 
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from ...scene.parameter import one_line
 
+R = TypeVar('R', Trigger.Response, SetBool.Response)
 
-def answer(response: Trigger.Response, action: Callable[[], str]) -> Trigger.Response:
+
+def answer(response: R, action: Callable[[], str]) -> R:
     """Fill a response with what an action returns, or with why it fails; return it."""
     try:
         response.message, response.success = action(), True

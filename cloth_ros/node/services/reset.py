@@ -8,7 +8,7 @@ from ..context import Context
 
 
 def reset_cloth(context: Context) -> None:
-    """Return to the initial state, with colliders where their frames are now."""
+    """Return to the initial state, with bodies where their frames are now, and grippers open."""
     context.frames.prepare_reset(context.live, context.node.get_clock().now().nanoseconds)
     context.live.reset()
 

@@ -1,4 +1,4 @@
-"""Topics with the poses of colliders: `sphere_pose`, and `NAME/pose` of any other collider."""
+"""Topics with poses: `sphere_pose`, and `NAME/pose` of each other collider and each gripper."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .subscription import subscribe
 _TOPICS = {'sphere': 'sphere_pose'}
 
 
-class ColliderPoses:
-    """Move every collider of the cloth by a topic of its own, which comes and goes with it."""
+class BodyPoses:
+    """Move every collider and gripper by a topic of its own, which comes and goes with it."""
 
     def __init__(self, context: Context) -> None:
         self._context = context
@@ -32,9 +32,9 @@ class ColliderPoses:
         return [each.topic_name for each in self._subscriptions.values()]
 
     def follow(self, scene: Scene) -> None:
-        """Subscribe to the poses of the colliders of a scene, and to no others."""
+        """Subscribe to the poses of the bodies of a scene, and to no others."""
         former, self._scene = self._scene, scene
-        names = (*_TOPICS, *scene.collider.names)
+        names = (*_TOPICS, *(name for group in scene.named_groups for name in group.names))
         log = self._context.node.get_logger()
         for name in self._subscriptions.keys() - set(names):
             gone = self._subscriptions.pop(name)
@@ -55,8 +55,8 @@ class ColliderPoses:
         frame = self._context.frames.followed_by(name)
         if frame:
             raise ValueError(
-                f'{name!r} follows the frame {frame!r}; set collider.{name}.frame_id to "" to '
-                'move it by this topic'
+                f'{name!r} follows the frame {frame!r}; set '
+                f'{self._context.frames.parameter(name)} to "" to move it by this topic'
             )
         point, turn = message.pose.position, message.pose.orientation
         position, orientation = self._context.transforms.pose_to_own(
@@ -64,7 +64,7 @@ class ColliderPoses:
             (turn.x, turn.y, turn.z, turn.w),
             message.header.frame_id,
         )
-        self._context.live.move_collider(name, position, orientation)
+        self._context.live.bodies.move(name, position, orientation)
 
 
 def _topic(name: str) -> str:

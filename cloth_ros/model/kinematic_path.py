@@ -1,4 +1,4 @@
-"""Path of a collider in one advance: poses, passed at constant speed and turned evenly between."""
+"""Commanded path of a body in one advance: poses, and what kernels take about the motion."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...scene.parameter import checked_vector, invalid_value_error
-from ...scene.yaml_text import write
-from ..grid import Array
-from ..inputs import Pose, Vector
+from ..scene.parameter import checked_vector, invalid_value_error
+from ..scene.quaternion import checked_orientation, rotation_matrix
+from ..scene.yaml_text import write
+from .grid import Array
+from .inputs import Pose, Vector
 
-# Greatest distance, m, of a collider's surface from the sheet that can be commanded.
+# Greatest distance, m, of a body's surface from the sheet that can be commanded.
 _FARTHEST = 1000.0
-# Waypoints of a collider that are kept for one advance.
+# Waypoints of a body that are kept for one advance.
 MAX_WAYPOINTS = 64
 
 
@@ -98,6 +99,58 @@ class KinematicPath:
         return poses
 
 
+# Numbers about a motion in one drift: the rotation, row by row, from the frame of the body to that
+# of the state; a reference point after the drift, m; the matrix S, 1/s, and the velocity, m/s, of
+# a material point, S y + velocity at y from the reference point.
+MOTION = 24
+
+
+def motion_rows(
+    poses: Array,
+    times: Array | None,
+    origin: Array,
+    reference: Array | None = None,
+    turn: Array | None = None,
+) -> Array:
+    """
+    Return the numbers about the motion of bodies in each of n drifts, shape (n, ..., MOTION).
+
+    Parameters
+    ----------
+    poses
+        At the start and after each drift, shape (n + 1, ..., 7).
+    times
+        Of these, s, shape (n + 1,); None: the bodies are at rest.
+    origin
+        Of the state, m.
+    reference
+        Point in the frame of the body, m; None: its origin.
+    turn
+        Rotation from another frame to that of the body; None: there is no other.
+
+    """
+    turning = times is not None and bool((poses[1:, ..., 3:] != poses[:-1, ..., 3:]).any())
+    matrices = rotation_matrix(poses[..., 3:] if turning else poses[:1, ..., 3:])
+    points = poses[..., :3] - origin
+    if reference is not None:
+        points = points + matrices @ reference
+    if turn is not None:
+        matrices = matrices @ turn
+    rows: Array = np.zeros((len(poses) - 1, *poses.shape[1:-1], MOTION))
+    after = matrices[1:] if turning else matrices
+    rows[..., :9] = after.reshape(*after.shape[:-2], 9)
+    rows[..., 9:12] = points[1:]
+    if times is not None:
+        h = np.diff(times)
+        per_h = np.divide(1.0, h, out=np.zeros_like(h), where=h > 0)
+        per_h = per_h.reshape(-1, *[1] * (poses.ndim - 1))
+        if turning:
+            turns = np.eye(3) - matrices[:-1] @ np.swapaxes(after, -2, -1)
+            rows[..., 12:21] = turns.reshape(*turns.shape[:-2], 9) * per_h
+        rows[..., 21:] = np.diff(points, axis=0) * per_h
+    return rows
+
+
 def extend_path(start: Pose, path: Sequence[Pose], target: Pose) -> tuple[Pose, ...]:
     """
     Return a path with one more waypoint at its end, thinned evenly to `MAX_WAYPOINTS`.
@@ -124,18 +177,54 @@ def extend_path(start: Pose, path: Sequence[Pose], target: Pose) -> tuple[Pose, 
     return extended[:left_out] + extended[left_out + 1 :]
 
 
+def commanded_path(
+    name: str,
+    pose: Pose,
+    path: Sequence[Pose],
+    target: tuple[Sequence[float], Sequence[float] | None],
+    size: float,
+    sheet: Array,
+) -> tuple[Pose, ...]:
+    """
+    Return a path, extended by a commanded pose.
+
+    Parameters
+    ----------
+    name, pose, size
+        Of the body: for errors; where it is; and distance of its surface from its origin, m.
+    path
+        Waypoints so far.
+    target
+        Position, m, and quaternion x y z w of any length but 0; None: it does not turn.
+    sheet
+        Position of the sheet, m, shape (3,).
+
+    Raises
+    ------
+    ValueError
+        The pose is not finite or too far away.
+
+    """
+    position, orientation = target
+    place = checked_position(name, position, size, sheet)
+    turned = (path[-1] if path else pose)[3:]
+    if orientation is not None:
+        turned = checked_orientation(f'the orientation of {name}', orientation)
+    return extend_path(pose, path, (*place, *turned))
+
+
 def checked_position(name: str, position: Sequence[float], size: float, sheet: Array) -> Vector:
     """
-    Return a commanded position of a collider, m.
+    Return a commanded position of a body, m.
 
     Parameters
     ----------
     name
-        Of the collider, for the error.
+        Of the body, for the error.
     position
         Three numbers, m.
     size
-        Distance of the collider's surface from its origin, m; inf: any position is near enough.
+        Distance of the body's surface from its origin, m; inf: any position is near enough.
     sheet
         Position of the sheet, m, shape (3,).
 

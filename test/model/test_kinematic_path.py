@@ -6,7 +6,7 @@ from builders import examples
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cloth_ros.model.contact.kinematic_path import MAX_WAYPOINTS, extend_path
+from cloth_ros.model.kinematic_path import MAX_WAYPOINTS, extend_path
 
 START = (0.0, 0.0, 0.0)
 

@@ -1,0 +1,1 @@
+"""Grippers: they hold particles of the sheet, which follow their pose rigidly."""
