@@ -231,9 +231,12 @@ def _snapshot(content: _Content) -> Snapshot:
     if content.account is not None:
         account = content.account
         _check(account.division in DIVISIONS, 'division', account.division)
-    if content.steps is not None:
-        for value in (content.steps.substep, content.steps.longest, content.steps.patience):
-            _check(value > 0, 'a substep', value)
+    steps = content.steps
+    if steps is not None:
+        least, most = 0.01 * steps.stable, 100 * steps.stable
+        _check(least < steps.substep < most, 'the length of substeps', steps.substep)
+        _check(least < steps.longest, 'the longest substep', steps.longest)
+        _check(steps.patience > 0, 'patience', steps.patience)
     return Snapshot(
         scene,
         grid,

@@ -54,6 +54,8 @@ class StepAccount(NamedTuple):
 
     Attributes
     ----------
+    stable
+        Length that is stable in every state of the scene, s.
     substep
         Length of the substeps now, s.
     since
@@ -65,6 +67,7 @@ class StepAccount(NamedTuple):
 
     """
 
+    stable: float
     substep: float
     since: float
     longest: float
@@ -198,13 +201,14 @@ class AdaptiveStepControl:
         """Return the state of this control."""
         if self._present is None:
             return None
-        return StepAccount(self.substep, self._since, self._longest, self._patience)
+        now = (self.substep, self._since, self._longest, self._patience)
+        return StepAccount(self._stable, *now)
 
     def restore(self, account: StepAccount | None) -> None:
-        """Return to a former state; None: to that at the start."""
-        if account is None or self._present is None:
-            account = StepAccount(self._stable, -math.inf, math.inf, _PATIENCE)
-        self.substep, self._since, self._longest, self._patience = account
+        """Return to a former state; None, or one of another stiffness: to that at the start."""
+        if account is None or self._present is None or account.stable != self._stable:
+            account = StepAccount(self._stable, self._stable, -math.inf, math.inf, _PATIENCE)
+        _, self.substep, self._since, self._longest, self._patience = account
 
     def begin(self, state: State, time: float) -> None:
         """Choose the length of the first substeps, unless that has been done."""

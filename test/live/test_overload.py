@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from cloth_ros import Scene
 from cloth_ros.live.coarse_cloth import simulated_scene
 from cloth_ros.live.overload import Overload
-from cloth_ros.model.time_step import check_time_step, stability_limit, substep_length
+from cloth_ros.model.time_step import check_time_step, stability_limit, usual_substep
 
 REQUESTED = scene_of(
     sheet__rows=64, sheet__columns=64, solver__tolerance=1e-6, solver__overload='coarsen'
@@ -27,7 +27,7 @@ def load(overload: Overload, cost: float) -> float:
     level = overload.level
     simulated = simulated_scene(level.scene, level.spacing)
     assert level.particles == simulated.sheet.rows * simulated.sheet.columns
-    assert level.substep == substep_length(simulated)
+    assert level.substep == usual_substep(simulated)
     return cost / level.substep
 
 
@@ -43,7 +43,7 @@ def test_the_finest_level_that_is_fast_enough_is_chosen(load_now, pins, side, su
     scene = requested(sheet__rows=side, sheet__columns=side, pins=pins, solver__substeps=substeps)
     overload = Overload(scene)
     assert overload.level.scene is scene
-    cost = load_now * substep_length(scene)
+    cost = load_now * usual_substep(scene)
     assert overload.relax(cost) == (load_now > 0.75)
     level, per_particle = overload.level, cost / side**2
     if overload.depth:
@@ -67,7 +67,7 @@ def test_the_finest_level_that_is_fast_enough_is_chosen(load_now, pins, side, su
 def test_the_tolerance_is_relaxed_before_the_grid_is_coarsened_to_a_few_particles():
     overload, texts = Overload(REQUESTED), []
     limit = stability_limit(REQUESTED)
-    for cost in (2.0 * substep_length(REQUESTED), 1.5 * limit, 1e3):
+    for cost in (2.0 * usual_substep(REQUESTED), 1.5 * limit, 1e3):
         assert overload.relax(cost)
         texts.append(overload.level.text)
         if overload.level.spacing == 2:

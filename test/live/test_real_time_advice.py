@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from cloth_ros import Scene
 from cloth_ros.live.overload import OVERLOADED, Overload
 from cloth_ros.live.real_time_advice import advice
-from cloth_ros.model.time_step import check_time_step, substep_length
+from cloth_ros.model.time_step import check_time_step, usual_substep
 
 
 def remedies(text: str) -> list[dict[str, object]]:
@@ -42,7 +42,7 @@ def load_after(scene: Scene, cost: float, changes: dict[str, object]) -> float:
         return cost * level.particles / particles(scene) / level.substep
     of_particles = cost * particles(changed) / particles(scene)
     # A few particles cost as much as the call of the kernel.
-    return max(of_particles, min(cost, 5e-6)) / substep_length(changed)
+    return max(of_particles, min(cost, 5e-6)) / usual_substep(changed)
 
 
 exponents = st.floats(0.0, 8.0).map(lambda exponent: 10.0**exponent)
@@ -73,12 +73,12 @@ def test_a_scene_that_follows_a_remedy_is_real_time_and_changes_no_more_than_it_
     try:
         check_time_step(scene)
         # Some times as many substeps as are stable.
-        many = round(fixed / (rate * substep_length(scene)))
+        many = round(fixed / (rate * usual_substep(scene)))
         scene = scene.with_parameters({'solver.substeps': min(many, 1_000_000)})
         check_time_step(scene)
     except ValueError:
         assume(False)
-    load = cost / substep_length(scene)
+    load = cost / usual_substep(scene)
     assume(load > OVERLOADED)
     text = advice(scene, cost)
     assert f'{100 * load:.0f} % of real time' in text

@@ -5,11 +5,11 @@ from builders import scene_of
 
 from cloth_ros.live.pacing import PacingReport
 from cloth_ros.live.slow_motion import SlowMotion
-from cloth_ros.model.time_step import substep_length
+from cloth_ros.model.time_step import usual_substep
 
 SCENE = scene_of(sheet__rows=16, sheet__columns=16)
 COARSE = scene_of(sheet__rows=8, sheet__columns=8, solver__tolerance=1.0)
-SUBSTEP = substep_length(SCENE)
+SUBSTEP = usual_substep(SCENE)
 COUNT = round(1 / SUBSTEP)  # a second of simulated time
 
 
@@ -17,7 +17,7 @@ def explain(*, wall, cpu, usual=0.3, division=1.0, requested=SCENE, simulated=SC
     """Explain a second in which half of the time was lost; costs as shares of real time."""
     count = COUNT // 2
     report = PacingReport(0.5, 0.5, wall, cpu, count)
-    usual_cost = usual * substep_length(simulated)
+    usual_cost = usual * usual_substep(simulated)
     return SlowMotion().explain(requested, simulated, usual_cost, report, division)
 
 

@@ -95,6 +95,11 @@ def test_a_rejected_batch_shortens_substeps_to_what_is_stable_in_every_state():
     later = AdaptiveStepControl(scene)
     later.restore(control.account())
     assert later.account() == control.account()
+    # Of a stiffer scene it would not be stable.
+    stiff = AdaptiveStepControl(scene.with_parameters({'springs.structural': 5000.0}))
+    start = stiff.account()
+    stiff.restore(control.account())
+    assert stiff.account() == start
 
 
 @pytest.mark.slow
