@@ -44,6 +44,7 @@ class Grippers:
     ----------
     by_name
         The grippers.
+
     """
 
     def __init__(self, scene: Scene, grid: Grid) -> None:
@@ -274,12 +275,12 @@ class Grippers:
         return {name: each.snapshot() for name, each in self.by_name.items()}
 
     def restore(self, snapshot: GrippersSnapshot, state: State) -> None:
-        """Return to a snapshot; grippers that it lacks hold nothing, and no pin is held."""
+        """Return to a snapshot; grippers that it lacks are as at first, and no pin is held."""
         for name, each in self.by_name.items():
-            if name in snapshot:
-                each.restore(snapshot[name])
-                if not self._free[each.held].all():
-                    each.keep(self._free[each.held])
+            known = snapshot.get(name)
+            each.restore(Gripper(each.parameters).snapshot() if known is None else known)
+            if not self._free[each.held].all():
+                each.keep(self._free[each.held])
         self._held_changed(state)
 
 
