@@ -55,6 +55,7 @@ class Grippers:
         self._free = ~scene.pinned().ravel()
         self._masses = grid.tributary_areas.ravel()
         self._time = 0.0
+        self._reached = np.zeros((len(self._all), 7))  # poses after the last steps
         self._at_rest: tuple[Any, Array] | None = None
         self._collect_held()
 
@@ -206,6 +207,7 @@ class Grippers:
         poses = np.empty((len(times), len(self._all), 7))
         for number, each in enumerate(self._all):
             poses[:, number] = each.poses(times)
+        self._reached = poses[-1]
         return self._table._replace(rows=motion_rows(poses, times, state.origin))
 
     def _rows_at_rest(self, origin: Array) -> Array:
@@ -229,10 +231,11 @@ class Grippers:
         """Undo steps since `mark`."""
         self._time, self._table.former[...], self._table.sums[...] = mark
 
-    def end_steps(self, time: float) -> None:
-        """Take the poses at a time in the advance, s."""
-        for each in self._all:
-            each.move_to(time)
+    def end_steps(self) -> None:
+        """Take the poses that the last steps have reached."""
+        for number, each in enumerate(self._all):
+            if each.path.moves:
+                each.move_to(self._reached[number])
 
     # Work, forces and slip
 
