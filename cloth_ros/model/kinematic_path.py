@@ -24,6 +24,30 @@ def _angle(first: Array, second: Array) -> float:
     return 2 * math.acos(min(abs(float(first @ second)), 1.0))
 
 
+def _turned(first: Array, second: Array, angles: Array, share: Array) -> Array:
+    """
+    Return orientations, shape (n, 4), by spherical linear interpolation.
+
+    Parameters
+    ----------
+    first, second
+        At both ends, shape (n, 4) or (4,).
+    angles
+        Between them, rad, shape (n,) or (1,).
+    share
+        Of the way, shape (n,).
+
+    """
+    half = 0.5 * angles
+    small = half < 1e-6  # where it is linear
+    sine = np.where(small, 1.0, np.sin(half))
+    near = np.where(small, 1 - share, np.sin((1 - share) * half) / sine)
+    far = np.where(small, share, np.sin(share * half) / sine)
+    turned = near[:, None] * first + far[:, None] * second
+    unit: Array = turned / np.sqrt(np.einsum('ij,ij->i', turned, turned))[:, None]
+    return unit
+
+
 class KinematicPath:
     """
     A polyline of poses, passed at constant speed; each turn takes as long as its piece of path.
@@ -78,6 +102,8 @@ class KinematicPath:
             return np.repeat(self.end[None], len(times), axis=0)
         corners = self._corners
         poses = np.empty((len(times), 7))
+        if len(corners) == 2:  # as in most ticks
+            return self._poses_between(times, poses)
         for axis in range(3):
             poses[:, axis] = np.interp(times, self._times, corners[:, axis])
         if not self.turned:
@@ -88,14 +114,18 @@ class KinematicPath:
         duration = self._times[n + 1] - self._times[n]
         share = np.clip((times - self._times[n]) / np.where(duration > 0, duration, 1.0), 0, 1)
         share = np.where(duration > 0, share, 1.0)
-        # Spherical linear interpolation; linear where the angle is small.
-        half = 0.5 * self._angles[n]
-        small = half < 1e-6
-        sine = np.where(small, 1.0, np.sin(half))
-        first = np.where(small, 1 - share, np.sin((1 - share) * half) / sine)
-        second = np.where(small, share, np.sin(share * half) / sine)
-        turned = first[:, None] * corners[n, 3:] + second[:, None] * corners[n + 1, 3:]
-        poses[:, 3:] = turned / np.linalg.norm(turned, axis=1)[:, None]
+        poses[:, 3:] = _turned(corners[n, 3:], corners[n + 1, 3:], self._angles[n], share)
+        return poses
+
+    def _poses_between(self, times: Array, poses: Array) -> Array:
+        """Write the poses between two corners at some times, s, to an array; return that."""
+        assert self._times is not None
+        (start, end), (first, last) = self._times, self._corners
+        share = np.minimum(np.maximum((times - start) / (end - start), 0.0), 1.0)
+        poses[:, :3] = (1 - share)[:, None] * first[:3] + share[:, None] * last[:3]
+        poses[:, 3:] = last[3:]
+        if self.turned:
+            poses[:, 3:] = _turned(first[3:], last[3:], self._angles, share)
         return poses
 
 

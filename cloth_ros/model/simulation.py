@@ -353,7 +353,7 @@ class Simulation:
                 contact.pass_by(state, time, seconds)
         self.time = time + seconds
         if grippers is not None:
-            grippers.end_steps(self.time)
+            grippers.end_steps()
 
     def _damped(self, h: float) -> KickDrift:
         """

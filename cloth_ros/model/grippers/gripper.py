@@ -111,17 +111,15 @@ class Gripper:
             reach = float(np.linalg.norm(self.local, axis=1).max(initial=self.parameters.radius))
             self.path = KinematicPath([self.pose, *waypoints], time, seconds, reach)
 
-    def move_to(self, time: float) -> None:
-        """Take the pose at a time in the advance, s."""
-        if self.path.moves:
-            x, y, z, a, b, c, d = self.path.poses(np.array([time]))[0].tolist()
-            self.pose = (x, y, z, a, b, c, d)
+    def move_to(self, pose: Array) -> None:
+        """Take a pose, shape (7,)."""
+        x, y, z, a, b, c, d = pose.tolist()
+        self.pose = (x, y, z, a, b, c, d)
 
     def end_advance(self) -> None:
         """Take the pose at the end of the path."""
         if self.path.moves:
-            x, y, z, a, b, c, d = self.path.end.tolist()
-            self.pose = (x, y, z, a, b, c, d)
+            self.move_to(self.path.end)
             self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
 
     def poses(self, times: Array) -> Array:

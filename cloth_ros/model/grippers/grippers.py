@@ -44,6 +44,7 @@ class Grippers:
     ----------
     by_name
         The grippers.
+
     """
 
     def __init__(self, scene: Scene, grid: Grid) -> None:
@@ -54,6 +55,7 @@ class Grippers:
         self._free = ~scene.pinned().ravel()
         self._masses = grid.tributary_areas.ravel()
         self._time = 0.0
+        self._reached = np.zeros((len(self._all), 7))  # poses after the last steps
         self._at_rest: tuple[Any, Array] | None = None
         self._collect_held()
 
@@ -205,6 +207,7 @@ class Grippers:
         poses = np.empty((len(times), len(self._all), 7))
         for number, each in enumerate(self._all):
             poses[:, number] = each.poses(times)
+        self._reached = poses[-1]
         return self._table._replace(rows=motion_rows(poses, times, state.origin))
 
     def _rows_at_rest(self, origin: Array) -> Array:
@@ -228,10 +231,11 @@ class Grippers:
         """Undo steps since `mark`."""
         self._time, self._table.former[...], self._table.sums[...] = mark
 
-    def end_steps(self, time: float) -> None:
-        """Take the poses at a time in the advance, s."""
-        for each in self._all:
-            each.move_to(time)
+    def end_steps(self) -> None:
+        """Take the poses that the last steps have reached."""
+        for number, each in enumerate(self._all):
+            if each.path.moves:
+                each.move_to(self._reached[number])
 
     # Work, forces and slip
 
@@ -274,12 +278,12 @@ class Grippers:
         return {name: each.snapshot() for name, each in self.by_name.items()}
 
     def restore(self, snapshot: GrippersSnapshot, state: State) -> None:
-        """Return to a snapshot; grippers that it lacks hold nothing, and no pin is held."""
+        """Return to a snapshot; grippers that it lacks are as at first, and no pin is held."""
         for name, each in self.by_name.items():
-            if name in snapshot:
-                each.restore(snapshot[name])
-                if not self._free[each.held].all():
-                    each.keep(self._free[each.held])
+            known = snapshot.get(name)
+            each.restore(Gripper(each.parameters).snapshot() if known is None else known)
+            if not self._free[each.held].all():
+                each.keep(self._free[each.held])
         self._held_changed(state)
 
 

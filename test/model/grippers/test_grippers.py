@@ -217,6 +217,25 @@ def test_a_grasp_takes_what_is_within_the_radius_and_says_how_far_it_is():
         cloth_of().release('left')
 
 
+def test_grippers_that_a_snapshot_lacks_are_open_and_pins_are_released():
+    cloth = gripped()
+    cloth.advance(0.01)
+    count = len(cloth.grippers['left'].held)
+    pinned = cloth.scene.with_parameters({'pins': ['0,0']})
+    cloth.configure(pinned)
+    assert len(cloth.grippers['left'].held) == count - 1
+    cloth.move_gripper('left', (0.0, 0.0, 2.0))
+    cloth.advance(0.01)
+    without = Cloth(pinned.with_parameters({'gripper.names': ['']}))
+    cloth.restore(without.snapshot())
+    assert [len(each.held) for each in cloth.grippers.values()] == [0, 0]
+    assert cloth.grippers['left'].position == CORNERS['left']
+    cloth.advance(0.05)
+    without.advance(0.05)
+    assert cloth.positions == pytest.approx(without.positions, abs=1e-9)
+    without.restore(gripped().snapshot())  # has no gripper to hold anything
+
+
 def test_colliders_do_not_move_what_is_held():
     sphere = {'radius': 0.1, 'position': (-0.25, -0.25, 1.2)}
     cloth = gripped(sphere=sphere)
