@@ -28,6 +28,7 @@ from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
 from .precision import precision_for
+from .self_contact.self_contact import SelfContact
 from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
@@ -110,6 +111,8 @@ class Simulation:
         self.substeps = 0
         colliders = scene.all_colliders()
         self.contact = Contact(scene, self.grid, dtype) if colliders else None
+        thickness = scene.self_contact.thickness
+        self.self_contact = SelfContact(scene, self.grid) if thickness > 0 else None
         self._shapes: dict[str, Any] = {}
         if self.contact is not None:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
@@ -178,6 +181,8 @@ class Simulation:
             interior(velocity)[...] = interior(snapshot.velocity)
         self.time = snapshot.time
         self._take_work()
+        if self.self_contact is not None:
+            self.self_contact.invalidate()
         if self.contact is not None and snapshot.contact is not None:
             self.contact.restore(snapshot.contact, self.state, exact=exact)
         elif self.contact is not None:
@@ -188,6 +193,8 @@ class Simulation:
         if self._monitor is not None:
             self._monitor.reset()
         self._take_work()
+        if self.self_contact is not None:
+            self.self_contact.invalidate()
         if self.contact is not None:
             if moved:
                 self.contact.respawn(self.state)
@@ -246,7 +253,7 @@ class Simulation:
                 monitor.refine(division)
                 self.rollbacks.refined += 1
             yield from self._run(self._kick_drift, steps, count, h, division)
-            touched = self.contact is not None and self.contact.touched
+            touched = self._touched()
             work = self._take_work()
             if self._accept(monitor, work, touched=touched):
                 return
@@ -303,7 +310,14 @@ class Simulation:
     def _take_work(self) -> float:
         """Return the work of air and colliders since the last call, J; inf: unknown."""
         work = 0.0 if self.contact is None else self.contact.take_work()
+        if self.self_contact is not None:
+            self.self_contact.touched = False
         return self._kick_drift.take_work() + work
+
+    def _touched(self) -> bool:
+        """Return whether there was contact since the last call of `_take_work`."""
+        kinds = (self.contact, self.self_contact)
+        return any(each is not None and each.touched for each in kinds)
 
     def _contact_snapshot(self) -> ContactSnapshot | None:
         return None if self.contact is None else self.contact.snapshot()
@@ -314,12 +328,15 @@ class Simulation:
         """Make so many substeps, and pause after each batch of step control."""
         control = self.step_control
         airspeed = math.hypot(*self._air_velocity)
+        interval = control.check_interval
+        if self.self_contact is not None:
+            interval = self.self_contact.interval(h / division, interval)
         try:
-            for first in range(0, count, control.check_interval):
+            for first in range(0, count, interval):
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = min(control.check_interval, count - first)
+                part = min(interval, count - first)
                 for batch in control.batches(self.state, part, h, division, airspeed):
                     self.substeps += batch.substeps
                     self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
@@ -333,6 +350,8 @@ class Simulation:
         """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
         state, air_velocity, observer = self.state, self._air_velocity, self._observer
         contact, time = self.contact, self.time
+        if self.self_contact is not None:
+            self.self_contact.begin_part(state)
         if contact is not None and contact.may_act(state, seconds):
             contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
         else:
@@ -344,6 +363,8 @@ class Simulation:
                     observer.after_contact(state, part[0])
             if contact is not None:
                 contact.pass_by(state, time, seconds)
+        if self.self_contact is not None:
+            self.self_contact.end_part(state, seconds)
         self.time = time + seconds
 
     def _damped(self, h: float) -> KickDrift:

@@ -22,6 +22,7 @@ from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
+from .self_contact import SelfContactParameters
 from .yaml_text import write
 
 Vector = tuple[float, float, float]
@@ -258,6 +259,7 @@ class Scene(ParameterGroup):
     wind: Wind = field(default_factory=Wind)
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
+    self_contact: SelfContactParameters = field(default_factory=SelfContactParameters)
     solver: Solver = field(default_factory=Solver)
     particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)

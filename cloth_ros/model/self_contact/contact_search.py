@@ -1,0 +1,137 @@
+"""
+Search of a pair list for contacts, and for pairs whose path is not proven to be free.
+
+A pair is in contact if it is nearer than its distance at rest, or if it is nearer than `REACH`
+times the thickness and would be nearer than its distance at rest after the next part.
+
+The path of a pair from the last accepted positions is accepted if the pair stays farther apart on
+it than `SAFE` times the thickness, or than half of its distance at the start if that is less.
+Most pairs are decided by the unit vector that is stored with them: the gap along it is at most
+their distance.  It only saves time: a pair that it decides would be decided in the same way
+without it, so that results do not depend on when a list was made.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.jit import exact
+from .closest_features import closest, separation
+from .linear_path import stays_apart
+
+# Distance, in thicknesses, within which pairs are in contact before they are too near.
+REACH = 1.5
+# Distance, in thicknesses, at which two edges rest: layers rest on the vertices, which would press
+# on the edges as well where edges of both layers cross.
+EDGES = 0.8
+# Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
+SAFE = 0.25
+# Least distance, in thicknesses, at which a path is accepted.
+_LEAST = 1e-4
+# By how much a gap must exceed a distance that is compared with a computed one: rounding.
+_ROUNDING = 1e-5
+# Share of the distance of a pair by which each of its particles may be displaced.
+_SHARE = 0.4
+
+# Columns of a contact: weights of its particles, normal, distance, distance at rest, and whether
+# its path was not accepted.
+WEIGHTS, NORMAL, DISTANCE, REST, BLOCKED = 0, 4, 7, 8, 9
+CONTACT = 10
+
+
+@exact
+def search(  # type: ignore[no-untyped-def]
+    before, now, ahead, pairs, normals, gaps, vertices, slack, again, thickness, room,
+    particles, contacts,
+):  # fmt: skip
+    """
+    List the contacts of a pair list, and the pairs whose path is not accepted.
+
+    Parameters
+    ----------
+    before, now, ahead
+        Positions, m, shape (n, 3), double precision: the last accepted ones, those to be
+        accepted, and those expected after the next part.
+    pairs, normals, gaps
+        Of the list: particles, a unit vector, and the gap along it at the last accepted
+        positions, m.  The latter two are updated.
+    vertices
+        Number of pairs, at the beginning of the list, of a vertex and a triangle.
+    slack
+        By how much the gaps may have decreased since they were computed, m.
+    again
+        True for a second search with the same accepted positions, which the gaps are not of.
+    thickness
+        m.
+    room
+        Receives the distance by which each particle may be displaced, m, shape (n,).
+    particles, contacts
+        Receive the contacts, shapes (m, 4) and (m, CONTACT); those beyond their length are
+        counted only.
+
+    Returns
+    -------
+    (int, int, float)
+        Number of contacts, and of those whose path is not accepted; the least distance, m, of
+        those pairs that were looked at.
+
+    """
+    count, blocked, nearest = 0, 0, np.inf
+    safe = SAFE * thickness
+    room[:] = _SHARE * EDGES * thickness
+    for p in range(len(pairs)):
+        edges = p >= vertices
+        rest = EDGES * thickness if edges else thickness
+        i, j, k, l = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        nx, ny, nz = np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
+        gap = separation(now, edges, i, j, k, l, nx, ny, nz)
+        start = gaps[p] - slack
+        if again:
+            start = separation(before, edges, i, j, k, l, nx, ny, nz)
+        known = min(start, gap) > safe * (1.0 + _ROUNDING)
+        apart = rest * (1.0 + _ROUNDING)
+        if known and gap > apart:
+            if (
+                gap > REACH * thickness * (1.0 + _ROUNDING)
+                or separation(ahead, edges, i, j, k, l, nx, ny, nz) > apart
+            ):
+                gaps[p] = gap
+                continue
+        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, l)
+        free = known
+        if not free and d > safe * (1.0 + _ROUNDING):
+            free = separation(before, edges, i, j, k, l, nx, ny, nz) > safe * (1.0 + _ROUNDING)
+        if not free:
+            d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, l)
+            least = max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness)
+            free = stays_apart(before, now, edges, i, j, k, l, least)
+            if not free:
+                d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
+        normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
+        gaps[p] = d if free else 0.0
+        nearest = min(nearest, d)
+        allowed = _SHARE * d
+        room[i], room[j] = min(room[i], allowed), min(room[j], allowed)
+        room[k], room[l] = min(room[k], allowed), min(room[l], allowed)
+        if free:
+            # The ends of edges are in contact as vertices.
+            if edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0):
+                continue
+            if d >= rest:
+                if d >= REACH * thickness:
+                    continue
+                if closest(ahead, edges, i, j, k, l)[0] >= rest:
+                    continue
+        else:
+            blocked += 1
+        if count < len(particles):
+            particles[count, 0], particles[count, 1] = i, j
+            particles[count, 2], particles[count, 3] = k, l
+            contacts[count, WEIGHTS], contacts[count, WEIGHTS + 1] = wi, wj
+            contacts[count, WEIGHTS + 2], contacts[count, WEIGHTS + 3] = wk, wl
+            contacts[count, NORMAL], contacts[count, NORMAL + 1] = nx, ny
+            contacts[count, NORMAL + 2], contacts[count, DISTANCE] = nz, d
+            contacts[count, REST] = rest
+            contacts[count, BLOCKED] = 0.0 if free else 1.0
+        count += 1
+    return count, blocked, nearest

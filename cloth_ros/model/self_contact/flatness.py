@@ -1,0 +1,160 @@
+"""
+Parts of the sheet that are too flat to touch themselves.
+
+A block of tiles whose edges all point nearly the same way cannot touch itself.  With the unit
+vectors u along the rows and v along the columns of a block, orthogonal to each other, let a be
+the least component of its edges along their own direction, and b the greatest along the other.
+Two points that are p cells apart along the rows and q along the columns are then
+(a p - b q, a q - b p) apart at least along u and v, by the mean value theorem.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..kernels.jit import exact, exact_subroutine
+
+# Cells along a side of a tile.
+TILE = 4
+# Features that share no particle are half a cell apart at least, along rows and columns both, or
+# a whole cell along either.
+_NEAREST = math.sqrt(0.5)
+# Columns of a frame: the vectors u and v of the block around a tile.
+FRAME = 6
+
+
+@exact_subroutine
+def _include(box, n, x, i, j):  # type: ignore[no-untyped-def]
+    for axis in range(3):
+        e = x[j, axis] - x[i, axis]
+        box[n, axis] = min(box[n, axis], e)
+        box[n, 3 + axis] = max(box[n, 3 + axis], e)
+
+
+@exact
+def bound_edges(x, rows, columns, edges, clear):  # type: ignore[no-untyped-def]
+    """
+    Write the bounds of the edge vectors of each tile, along the rows and along the columns.
+
+    Parameters
+    ----------
+    x
+        Positions, m, shape (rows * columns, 3), double precision.
+    rows, columns
+        Of the sheet.
+    edges
+        Receives the least and the greatest vector, m: shape (2, tiles, 6).
+    clear
+        False to extend the bounds that are there.
+
+    """
+    across = (columns + TILE - 1) // TILE
+    if clear:
+        edges[:, :, :3] = np.inf
+        edges[:, :, 3:] = -np.inf
+    for tile in range(edges.shape[1]):
+        top, left = tile // across * TILE, tile % across * TILE
+        bottom, right = min(top + TILE, rows - 1), min(left + TILE, columns - 1)
+        for row in range(top, bottom + 1):
+            for column in range(left, right + 1):
+                i = row * columns + column
+                if column < right:
+                    _include(edges[0], tile, x, i, i + 1)
+                if row < bottom:
+                    _include(edges[1], tile, x, i, i + columns)
+
+
+@exact_subroutine
+def _block(edges, tile, down, across, box):  # type: ignore[no-untyped-def]
+    """Write the bounds of the edges of a tile and its neighbours."""
+    row, column = tile // across, tile % across
+    for axis in range(3):
+        box[:, axis], box[:, 3 + axis] = np.inf, -np.inf
+    for r in range(max(row - 1, 0), min(row + 2, down)):
+        for c in range(max(column - 1, 0), min(column + 2, across)):
+            for n in range(2):
+                for axis in range(3):
+                    box[n, axis] = min(box[n, axis], edges[n, r * across + c, axis])
+                    box[n, 3 + axis] = max(box[n, 3 + axis], edges[n, r * across + c, 3 + axis])
+
+
+@exact_subroutine
+def _component(box, n, x, y, z):  # type: ignore[no-untyped-def]
+    """Return the middle and the half width of the bounds of a component of edges."""
+    middle = 0.5 * (
+        x * (box[n, 0] + box[n, 3]) + y * (box[n, 1] + box[n, 4]) + z * (box[n, 2] + box[n, 5])
+    )
+    half = 0.5 * (
+        abs(x) * (box[n, 3] - box[n, 0])
+        + abs(y) * (box[n, 4] - box[n, 1])
+        + abs(z) * (box[n, 5] - box[n, 2])
+    )
+    return middle, half
+
+
+@exact_subroutine
+def _least_distance(box, frame, tile):  # type: ignore[no-untyped-def]
+    """Return the least distance, m, of features of a block that share no particle."""
+    u = (frame[tile, 0], frame[tile, 1], frame[tile, 2])
+    v = (frame[tile, 3], frame[tile, 4], frame[tile, 5])
+    own, half_own = _component(box, 0, u[0], u[1], u[2])
+    other, half_other = _component(box, 1, v[0], v[1], v[2])
+    along = min(own - half_own, other - half_other)
+    own, half_own = _component(box, 0, v[0], v[1], v[2])
+    other, half_other = _component(box, 1, u[0], u[1], u[2])
+    across = max(abs(own) + half_own, abs(other) + half_other)
+    return _NEAREST * (along - across)
+
+
+@exact
+def find_flat(edges, down, across, least, frame, flat):  # type: ignore[no-untyped-def]
+    """
+    Mark the tiles whose block is flat, and choose the vectors u and v of each.
+
+    Parameters
+    ----------
+    edges
+        From `bound_edges`.
+    down, across
+        Number of tiles along the columns and along the rows.
+    least
+        Distance, m, of features in a block that counts as flat.
+    frame
+        Receives u and v, shape (tiles, FRAME).
+    flat
+        Receives 1 for a flat block, else 0; shape (tiles,).
+
+    """
+    box = np.empty((2, 6))
+    for tile in range(down * across):
+        _block(edges, tile, down, across, box)
+        ux, uy, uz = box[0, 0] + box[0, 3], box[0, 1] + box[0, 4], box[0, 2] + box[0, 5]
+        vx, vy, vz = box[1, 0] + box[1, 3], box[1, 1] + box[1, 4], box[1, 2] + box[1, 5]
+        length = np.sqrt(ux * ux + uy * uy + uz * uz)
+        flat[tile] = 0
+        if not length > 0.0:
+            continue
+        ux, uy, uz = ux / length, uy / length, uz / length
+        common = ux * vx + uy * vy + uz * vz
+        vx, vy, vz = vx - common * ux, vy - common * uy, vz - common * uz
+        length = np.sqrt(vx * vx + vy * vy + vz * vz)
+        if not length > 0.0:
+            continue
+        frame[tile, 0], frame[tile, 1], frame[tile, 2] = ux, uy, uz
+        frame[tile, 3], frame[tile, 4], frame[tile, 5] = vx / length, vy / length, vz / length
+        if _least_distance(box, frame, tile) > least:
+            flat[tile] = 1
+
+
+@exact
+def still_flat(edges, down, across, least, frame, flat):  # type: ignore[no-untyped-def]
+    """Return whether all tiles that `find_flat` has marked are flat along the same vectors."""
+    box = np.empty((2, 6))
+    for tile in range(down * across):
+        if flat[tile]:
+            _block(edges, tile, down, across, box)
+            if not _least_distance(box, frame, tile) > least:
+                return False
+    return True

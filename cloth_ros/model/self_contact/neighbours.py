@@ -1,0 +1,148 @@
+"""Keep a list of the pairs of features that are near each other; renew it when it may miss one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..grid import Array
+from .contact_search import REACH
+from .flatness import FRAME, TILE, bound_edges, find_flat, still_flat
+from .pair_list import bound_cells, farthest, find_near_tiles, find_pairs
+
+# Least margin of a list, in thicknesses.
+_LEAST_MARGIN = 0.5
+# Margin, in displacements in a part: how many parts a list lasts, twice.
+_PARTS = 8.0
+# Distance of features, in thicknesses, in parts of the sheet that count as flat.
+_FLAT = 1.02 * REACH
+_LEAST_ROOM = 256
+# Share of a list's length that is added when it is too short.
+_GROWTH = 1.3
+
+
+class Neighbours:
+    """
+    Pairs of features of a sheet that may come into contact.
+
+    Parameters
+    ----------
+    rows, columns
+        Of the sheet.
+    thickness
+        m.
+    spacing
+        Longest margin, m.
+
+    Attributes
+    ----------
+    pairs, normals, gaps
+        Particles, a unit vector, and the gap along it, of each pair: see `contact_search.search`.
+    vertices
+        Number of pairs, at the beginning, of a vertex and a triangle.
+
+    """
+
+    def __init__(self, rows: int, columns: int, thickness: float, spacing: float) -> None:
+        self._size = (rows, columns)
+        self._tiles = (-(-rows // TILE), -(-columns // TILE))
+        tiles = self._tiles[0] * self._tiles[1]
+        self._reach, self._flat_distance = REACH * thickness, _FLAT * thickness
+        self._margins = (_LEAST_MARGIN * thickness, spacing)
+        self._edges = np.empty((2, tiles, 6))
+        self._frame = np.zeros((tiles, FRAME))
+        self._flat = np.zeros(tiles, np.int64)
+        self._cell_bounds = np.empty((rows * columns, 6))
+        self._tile_bounds = np.empty((tiles, 6))
+        self._tile_pairs: Array = np.empty((_LEAST_ROOM, 2), np.int64)
+        self._listed = np.zeros((rows * columns, 3))
+        self._arrays = [self._room(_LEAST_ROOM), self._room(_LEAST_ROOM)]
+        self.invalidate()
+
+    @staticmethod
+    def _room(count: int) -> tuple[Array, Array, Array]:
+        return (
+            np.empty((count, 4), np.int32),
+            np.empty((count, 3), np.float32),
+            np.empty(count, np.float32),
+        )
+
+    def invalidate(self) -> None:
+        """Renew the list at the next update."""
+        self._margin = -1.0
+        self.vertices = 0
+        self.pairs, self.normals, self.gaps = self._room(0)
+
+    def update(self, before: Array, now: Array) -> bool:
+        """
+        Make the list complete for a linear path; return False if that is not finite.
+
+        Parameters
+        ----------
+        before, now
+            Positions, m, shape (rows * columns, 3), of which the list was complete at the first.
+
+        """
+        if self._margin >= 0.0:
+            bound_edges(now, *self._size, self._edges, True)
+            if 2 * farthest(self._listed, now) <= self._margin and still_flat(
+                self._edges, *self._tiles, self._flat_distance, self._frame, self._flat
+            ):
+                return True
+        motion = farthest(before, now)
+        if not math.isfinite(motion):
+            return False
+        self._renew(before, now, motion)
+        return True
+
+    def _renew(self, before: Array, now: Array, motion: float) -> None:
+        margin = min(max(self._margins[0], _PARTS * motion), self._margins[1])
+        swept = 2 * motion > margin
+        self._listed[...] = now
+        bound_edges(now, *self._size, self._edges, True)
+        bound_edges(before, *self._size, self._edges, False)
+        find_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)
+        path = (before if swept else now, now)
+        bound_cells(*path, *self._size, self._cell_bounds, self._tile_bounds)
+        reach = self._reach + margin
+        while True:
+            count, clear = find_near_tiles(
+                self._tile_bounds, self._tiles[1], self._flat, reach, self._tile_pairs
+            )
+            if count <= len(self._tile_pairs):
+                break
+            self._tile_pairs = np.empty((int(_GROWTH * count), 2), np.int64)
+        self._margin = margin
+        counts = [0, 0]
+        if count == 0:
+            self._margin = max(clear - self._reach, margin)
+        else:
+            for edges in (False, True):
+                counts[edges] = self._find(path, self._tile_pairs[:count], reach, swept, motion, edges)
+        parts = [
+            tuple(array[:number] for array in arrays)
+            for arrays, number in zip(self._arrays, counts, strict=True)
+        ]
+        self.pairs, self.normals, self.gaps = (
+            np.concatenate(both) for both in zip(*parts, strict=True)
+        )
+        self.vertices = counts[0]
+
+    def _find(
+        self,
+        path: tuple[Array, Array],
+        tile_pairs: Array,
+        reach: float,
+        swept: bool,
+        motion: float,
+        edges: bool,
+    ) -> int:
+        while True:
+            count: int = find_pairs(
+                *path, *self._size, self._cell_bounds, tile_pairs, reach, swept,
+                2 * motion, edges, *self._arrays[edges],
+            )  # fmt: skip
+            if count <= len(self._arrays[edges][0]):
+                return count
+            self._arrays[edges] = self._room(int(_GROWTH * count))
