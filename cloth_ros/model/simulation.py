@@ -330,7 +330,7 @@ class Simulation:
         airspeed = math.hypot(*self._air_velocity)
         interval = control.check_interval
         if self.self_contact is not None:
-            interval = self.self_contact.interval(h / division, interval)
+            interval = self.self_contact.interval(count, h, interval)
         try:
             for first in range(0, count, interval):
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
@@ -364,7 +364,8 @@ class Simulation:
             if contact is not None:
                 contact.pass_by(state, time, seconds)
         if self.self_contact is not None:
-            self.self_contact.end_part(state, seconds)
+            surfaces = () if contact is None else contact.surfaces(state, time + seconds)
+            self.self_contact.end_part(state, seconds, surfaces)
         self.time = time + seconds
 
     def _damped(self, h: float) -> KickDrift:

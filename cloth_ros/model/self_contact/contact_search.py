@@ -30,8 +30,6 @@ SAFE = 0.25
 _LEAST = 1e-4
 # By how much a gap must exceed a distance that is compared with a computed one: rounding.
 _ROUNDING = 1e-5
-# Share of the distance of a pair by which each of its particles may be displaced.
-_SHARE = 0.4
 
 # Columns of a contact: weights of its particles, normal, distance, distance at rest, and whether
 # its path was not accepted.
@@ -41,8 +39,8 @@ CONTACT = 10
 
 @exact
 def search(  # type: ignore[no-untyped-def]
-    before, now, ahead, pairs, normals, gaps, vertices, slack, again, thickness, room,
-    particles, contacts,
+    before, now, ahead, pairs, normals, gaps, vertices, again, thickness, particles,
+    contacts,
 ):  # fmt: skip
     """
     List the contacts of a pair list, and the pairs whose path is not accepted.
@@ -57,14 +55,10 @@ def search(  # type: ignore[no-untyped-def]
         positions, m.  The latter two are updated.
     vertices
         Number of pairs, at the beginning of the list, of a vertex and a triangle.
-    slack
-        By how much the gaps may have decreased since they were computed, m.
     again
         True for a second search with the same accepted positions, which the gaps are not of.
     thickness
         m.
-    room
-        Receives the distance by which each particle may be displaced, m, shape (n,).
     particles, contacts
         Receive the contacts, shapes (m, 4) and (m, CONTACT); those beyond their length are
         counted only.
@@ -78,14 +72,13 @@ def search(  # type: ignore[no-untyped-def]
     """
     count, blocked, nearest = 0, 0, np.inf
     safe = SAFE * thickness
-    room[:] = _SHARE * EDGES * thickness
     for p in range(len(pairs)):
         edges = p >= vertices
         rest = EDGES * thickness if edges else thickness
         i, j, k, l = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
         nx, ny, nz = np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
         gap = separation(now, edges, i, j, k, l, nx, ny, nz)
-        start = gaps[p] - slack
+        start = np.float64(gaps[p])
         if again:
             start = separation(before, edges, i, j, k, l, nx, ny, nz)
         known = min(start, gap) > safe * (1.0 + _ROUNDING)
@@ -110,9 +103,6 @@ def search(  # type: ignore[no-untyped-def]
         normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
         gaps[p] = d if free else 0.0
         nearest = min(nearest, d)
-        allowed = _SHARE * d
-        room[i], room[j] = min(room[i], allowed), min(room[j], allowed)
-        room[k], room[l] = min(room[k], allowed), min(room[l], allowed)
         if free:
             # The ends of edges are in contact as vertices.
             if edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0):

@@ -19,12 +19,12 @@ def load(  # type: ignore[no-untyped-def]
 
 
 @exact
-def load_positions(position, begin, stride, columns, now):  # type: ignore[no-untyped-def]
-    """Copy positions, m."""
-    for n in range(len(now)):
+def load_vectors(field, begin, stride, columns, vectors):  # type: ignore[no-untyped-def]
+    """Copy the vectors of a flat array."""
+    for n in range(len(vectors)):
         i = begin + n // columns * stride + n % columns
         for axis in range(3):
-            now[n, axis] = position[axis, i]
+            vectors[n, axis] = field[axis, i]
 
 
 @exact
@@ -39,9 +39,10 @@ def store_positions(now, inverse_masses, begin, stride, columns, position):  # t
 
 
 @exact
-def store_velocities(velocities, begin, stride, columns, velocity):  # type: ignore[no-untyped-def]
-    """Write back velocities, m/s."""
-    for n in range(len(velocities)):
+def add_velocities(changes, begin, stride, columns, velocity):  # type: ignore[no-untyped-def]
+    """Add changes of velocity, m/s; those of zero change no bit."""
+    for n in range(len(changes)):
         i = begin + n // columns * stride + n % columns
         for axis in range(3):
-            velocity[axis, i] = velocities[n, axis]
+            if changes[n, axis] != 0.0:
+                velocity[axis, i] = velocity[axis, i] + changes[n, axis]

@@ -1,11 +1,20 @@
 """
-Response of a sheet to contacts with itself: impulses, friction and displacements.
+Response of a sheet to contacts with itself: impulses and friction.
 
 Contacts are treated one after the other, in the order of the list, forwards and backwards in turn
-(Gauss-Seidel), with normal impulses that only push and friction after Coulomb.  Each impulse
-takes energy or leaves it as it is.  An impulse that stops what fell during the part acted, on
-average, in its middle; so the displacement of half a part that friction would have prevented is
-taken back as well, and a layer on an incline does not creep.
+(Gauss-Seidel), with normal impulses that only push and friction after Coulomb.
+
+A part lasts much longer than the vibrations of the springs.  So only velocities are changed: a
+displacement by δ at once would store the energy of a spring, k δ²/2, where a velocity that leads
+to it within the part takes the much smaller m (δ/Δ)²/2.
+
+Between two impulses what rests on a layer is accelerated, by its weight for example.  It rests if
+it is thrown up by half of the velocity that it gains in a part, and slides back on an incline if
+it is thrown uphill so; the acceleration is taken from the last part, as far as gravity could be
+its cause.
+
+Where a collider supports a particle the solution includes that, without an impulse on the
+particle: the collider gives it in the next substep, and accounts for it.
 """
 
 from __future__ import annotations
@@ -15,10 +24,9 @@ import numpy as np
 from ..kernels.jit import exact, exact_subroutine
 from .contact_search import BLOCKED, DISTANCE, NORMAL, REST, WEIGHTS
 
-# Share of the missing distance that is restored in a part.
-_RESTORED = 0.3
+# Time, s, in which a distance that is too small is restored.
+_RESTORING = 0.02
 _VELOCITY_SWEEPS = 4
-_POSITION_SWEEPS = 2
 _BLOCKED_SWEEPS = 8
 
 
@@ -35,6 +43,7 @@ def _relative(field, particles, contacts, c, axis):  # type: ignore[no-untyped-d
 
 @exact_subroutine
 def _inverse_mass(inverse_masses, particles, contacts, c):  # type: ignore[no-untyped-def]
+    """Return the inverse mass of the relative motion of a contact."""
     total = 0.0
     for n in range(4):
         w = contacts[c, WEIGHTS + n]
@@ -43,8 +52,8 @@ def _inverse_mass(inverse_masses, particles, contacts, c):  # type: ignore[no-un
 
 
 @exact_subroutine
-def _push(field, inverse_masses, particles, contacts, c, x, y, z):  # type: ignore[no-untyped-def]
-    """Apply an impulse, or a displacement times a mass, at both points of a contact."""
+def _add(field, inverse_masses, particles, contacts, c, x, y, z):  # type: ignore[no-untyped-def]
+    """Add an impulse, or a displacement times a mass, at both points of a contact."""
     for n in range(4):
         i = particles[c, n]
         w = contacts[c, WEIGHTS + n] * inverse_masses[i]
@@ -53,30 +62,56 @@ def _push(field, inverse_masses, particles, contacts, c, x, y, z):  # type: igno
         field[i, 2] += w * z
 
 
+@exact_subroutine
+def _support(velocities, supports, particles, c):  # type: ignore[no-untyped-def]
+    """Stop the particles of a contact that approach a collider faster than they may."""
+    for n in range(4):
+        i = particles[c, n]
+        x, y, z = supports[i, 0], supports[i, 1], supports[i, 2]
+        lack = supports[i, 3] - (
+            x * velocities[i, 0] + y * velocities[i, 1] + z * velocities[i, 2]
+        )
+        if lack > 0.0:
+            velocities[i, 0] += lack * x
+            velocities[i, 1] += lack * y
+            velocities[i, 2] += lack * z
+
+
 @exact
 def apply_impulses(  # type: ignore[no-untyped-def]
-    velocities, inverse_masses, particles, contacts, count, seconds, friction, impulses
-):
+    velocities, changes, former, supports, inverse_masses, particles, contacts, count, seconds,
+    gravity, friction, impulses,
+):  # fmt: skip
     """
     Stop what approaches, and apply friction.
 
     Parameters
     ----------
     velocities
-        m/s, shape (n, 3), double precision; changed.
+        m/s, shape (n, 3), double precision; includes the effect of supports afterwards.
+    changes
+        Zero; receives the changes of velocity by the impulses alone, m/s, shape (n, 3).
+    former
+        Velocities at the start of the last part, m/s, shape (n, 3).
+    supports
+        Normal of the collider next to each particle, and the least velocity along it, m/s, shape
+        (n, 4); -inf: no collider.
     inverse_masses
         Of the particles, 0 for those that are held, shape (n,).
     particles, contacts, count
         From `search`.
-    seconds
-        Duration of the next part, s.
-    friction
-        Coefficient.
+    seconds, gravity, friction
+        Duration of a part, s; m/s²; coefficient.
     impulses
         Receives the impulses along the normal and by friction, shape (m, 2).
 
     """
     impulses[:count] = 0.0
+    gained = 0.5 * gravity * seconds
+    # Velocities that are gained in a part, of which half is added.
+    for i in range(len(former)):
+        for axis in range(3):
+            former[i, axis] = 0.5 * (velocities[i, axis] - former[i, axis])
     for sweep in range(_VELOCITY_SWEEPS):
         for each in range(count):
             c = each if sweep % 2 == 0 else count - 1 - each
@@ -87,14 +122,24 @@ def apply_impulses(  # type: ignore[no-untyped-def]
             x = _relative(velocities, particles, contacts, c, 0)
             y = _relative(velocities, particles, contacts, c, 1)
             z = _relative(velocities, particles, contacts, c, 2)
-            along = nx * x + ny * y + nz * z
-            spare = max(contacts[c, DISTANCE] - contacts[c, REST], 0.0)
+            p = _relative(former, particles, contacts, c, 0)
+            q = _relative(former, particles, contacts, c, 1)
+            r = _relative(former, particles, contacts, c, 2)
+            along, rise = nx * x + ny * y + nz * z, nx * p + ny * q + nz * r
+            spare = contacts[c, DISTANCE] - contacts[c, REST]
+            least = -spare / (seconds if spare > 0.0 else _RESTORING)
+            least += min(max(-rise, 0.0), gained)
             push = 0.0
-            if along < -spare / seconds:
-                push = (-spare / seconds - along) / inverse_mass
+            if along < least:
+                push = (least - along) / inverse_mass
                 impulses[c, 0] += push
-            tx, ty, tz = x - along * nx, y - along * ny, z - along * nz
-            slip = np.sqrt(tx * tx + ty * ty + tz * tz)
+            # Along the surface.
+            x, y, z = x - along * nx, y - along * ny, z - along * nz
+            p, q, r = p - rise * nx, q - rise * ny, r - rise * nz
+            slip, drift = np.sqrt(x * x + y * y + z * z), np.sqrt(p * p + q * q + r * r)
+            share = min(gained, slip) / drift if drift > min(gained, slip) else 1.0
+            x, y, z = x + share * p, y + share * q, z + share * r
+            slip = np.sqrt(x * x + y * y + z * z)
             drag = 0.0
             if slip > 0.0:
                 most = friction * impulses[c, 0] - impulses[c, 1]
@@ -102,62 +147,14 @@ def apply_impulses(  # type: ignore[no-untyped-def]
                 impulses[c, 1] += impulse
                 drag = impulse / slip
             if push > 0.0 or drag > 0.0:
-                _push(
-                    velocities, inverse_masses, particles, contacts, c,
-                    push * nx - drag * tx, push * ny - drag * ty, push * nz - drag * tz,
-                )  # fmt: skip
+                x, y, z = push * nx - drag * x, push * ny - drag * y, push * nz - drag * z
+                _add(velocities, inverse_masses, particles, contacts, c, x, y, z)
+                _add(changes, inverse_masses, particles, contacts, c, x, y, z)
+                _support(velocities, supports, particles, c)
 
 
 @exact
-def displace(  # type: ignore[no-untyped-def]
-    displacements, moved, inverse_masses, particles, contacts, count, seconds, friction, impulses
-):
-    """
-    Restore a share of the distance that layers lack, and take back what friction prevents.
-
-    Parameters
-    ----------
-    displacements
-        m, shape (n, 3), zero at first; changed.
-    moved
-        Displacements in the last part, m, shape (n, 3).
-    inverse_masses, particles, contacts, count, seconds, friction, impulses
-        As in `apply_impulses`, which has computed the impulses.
-
-    """
-    for sweep in range(_POSITION_SWEEPS):
-        for each in range(count):
-            c = each if sweep % 2 == 0 else count - 1 - each
-            missing = contacts[c, REST] - contacts[c, DISTANCE]
-            if missing < 0.0:
-                continue
-            inverse_mass = _inverse_mass(inverse_masses, particles, contacts, c)
-            if not inverse_mass > 0.0:
-                continue
-            nx, ny, nz = contacts[c, NORMAL], contacts[c, NORMAL + 1], contacts[c, NORMAL + 2]
-            x = _relative(displacements, particles, contacts, c, 0)
-            y = _relative(displacements, particles, contacts, c, 1)
-            z = _relative(displacements, particles, contacts, c, 2)
-            push = max(_RESTORED * missing - (nx * x + ny * y + nz * z), 0.0) / inverse_mass
-            x += _relative(moved, particles, contacts, c, 0)
-            y += _relative(moved, particles, contacts, c, 1)
-            z += _relative(moved, particles, contacts, c, 2)
-            along = nx * x + ny * y + nz * z
-            tx, ty, tz = x - along * nx, y - along * ny, z - along * nz
-            slip = np.sqrt(tx * tx + ty * ty + tz * tz)
-            drag = 0.0
-            if slip > 0.0 and sweep == 0:
-                most = 0.5 * seconds * friction * impulses[c, 0]
-                drag = min(slip / inverse_mass, most) / slip
-            if push > 0.0 or drag > 0.0:
-                _push(
-                    displacements, inverse_masses, particles, contacts, c,
-                    push * nx - drag * tx, push * ny - drag * ty, push * nz - drag * tz,
-                )  # fmt: skip
-
-
-@exact
-def push_back(now, before, inverse_masses, particles, contacts, count):  # type: ignore[no-untyped-def]
+def push_back(now, inverse_masses, particles, contacts, count):  # type: ignore[no-untyped-def]
     """Move the pairs whose path is not accepted to the sides of each other where they were."""
     for _ in range(_BLOCKED_SWEEPS):
         for c in range(count):
@@ -175,9 +172,7 @@ def push_back(now, before, inverse_masses, particles, contacts, count):  # type:
             missing = min(contacts[c, DISTANCE], contacts[c, REST]) - along
             if missing > 0.0:
                 push = missing / inverse_mass
-                _push(
-                    now, inverse_masses, particles, contacts, c, push * nx, push * ny, push * nz
-                )
+                _add(now, inverse_masses, particles, contacts, c, push * nx, push * ny, push * nz)
 
 
 @exact
@@ -193,19 +188,3 @@ def shorten(now, before, share, particles, contacts, count):  # type: ignore[no-
                 done[i] = True
                 for axis in range(3):
                     now[i, axis] = before[i, axis] + share * (now[i, axis] - before[i, axis])
-
-
-@exact
-def limit(displacements, room):  # type: ignore[no-untyped-def]
-    """Shorten displacements to the room of each particle; return the longest, m."""
-    longest = 0.0
-    for i in range(len(displacements)):
-        x, y, z = displacements[i, 0], displacements[i, 1], displacements[i, 2]
-        squared = x * x + y * y + z * z
-        if squared > room[i] * room[i]:
-            share = room[i] / np.sqrt(squared)
-            displacements[i, 0], displacements[i, 1] = share * x, share * y
-            displacements[i, 2] = share * z
-            squared = room[i] * room[i]
-        longest = max(longest, squared)
-    return np.sqrt(longest)

@@ -4,23 +4,26 @@ Contact of the sheet with itself, between parts of a batch of substeps.
 After each part, the paths of all pairs of features that are near each other are examined.  Pairs
 that would have passed through each other are moved back, and where that is not enough the paths of
 their particles are shortened, in the last resort to nothing: at the end of each part no feature
-has passed another.  Then impulses stop layers that approach, and displacements restore the
-thickness.
+has passed another.  Then impulses stop layers that approach, and part those that are too
+near.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...scene import Scene
+from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
 from .contact_search import CONTACT, search
 from .neighbours import Neighbours
-from .particle_arrays import load, load_positions, store_positions, store_velocities
-from .response import apply_impulses, displace, limit, push_back, shorten
+from .particle_arrays import add_velocities, load, load_vectors, store_positions
+from .response import apply_impulses, push_back, shorten
+from .supports import find_supports
 
 # Share of the thickness by which gravity may press layers together in a part.
 _SAG = 0.03
@@ -55,20 +58,19 @@ class SelfContact:
     def __init__(self, scene: Scene, grid: Grid) -> None:
         sheet, parameters = scene.sheet, scene.self_contact
         self._thickness, self._friction = parameters.thickness, parameters.friction
-        gravity = math.hypot(*scene.gravity)
+        self._gravity = gravity = math.hypot(*scene.gravity)
         self._longest = math.sqrt(2 * _SAG * self._thickness / gravity) if gravity else math.inf
         self._layout = (grid.begin, grid.stride, grid.columns)
         number = grid.rows * grid.columns
         self._neighbours = Neighbours(
             grid.rows, grid.columns, self._thickness, sheet.shortest_spacing
         )
-        self._before, self._now, self._ahead, self._velocities, self._displacements = np.zeros(
-            (5, number, 3)
-        )
-        self._inverse_masses, self._room = np.zeros((2, number))
+        self._before, self._now, self._ahead = np.zeros((3, number, 3))
+        self._former, self._velocities, self._changes = np.zeros((3, number, 3))
+        self._supports = np.zeros((number, 4))
+        self._inverse_masses = np.zeros(number)
         self._allocate(_LEAST_ROOM)
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
-        self._slack = 0.0
         self._origin: Array | None = None
 
     def _allocate(self, count: int) -> None:
@@ -80,22 +82,24 @@ class SelfContact:
         """Start again from the positions of the next part: they were assigned."""
         self._origin = None
 
-    def interval(self, h: float, most: int) -> int:
-        """Return after how many substeps of `h` s, at most `most`, contact is resolved."""
-        return min(most, max(int(self._longest / h), 1)) if h * most > self._longest else most
+    def interval(self, count: int, h: float, most: int) -> int:
+        """Return the length of equal parts, at most `most`, of a number of substeps of `h` s."""
+        parts = max(math.ceil(count / most), math.ceil(count * h / self._longest), 1)
+        return math.ceil(count / parts)
 
     def begin_part(self, state: State) -> None:
         """Take the positions at the start of a part as accepted, if they are not known."""
+        load_vectors(state.velocity, *self._layout, self._former)
         if self._origin is not state.origin:
             self._origin = state.origin
-            load_positions(state.position, *self._layout, self._before)
+            load_vectors(state.position, *self._layout, self._before)
             self._neighbours.invalidate()
 
-    def end_part(self, state: State, seconds: float) -> None:
+    def end_part(self, state: State, seconds: float, surfaces: Sequence[Surface]) -> None:
         """
         Resolve the contact of a sheet at the end of a part of `seconds`.
 
-        Positions and velocities are changed.
+        Positions and velocities are changed.  `surfaces` are those of colliders near the sheet.
         """
         load(
             state.position, state.velocity, state.mobility, *self._layout, self._now,
@@ -105,7 +109,7 @@ class SelfContact:
             self.invalidate()
             return
         if len(self._neighbours.pairs) == 0:
-            self.contacts, self.distance, self._slack = 0, math.inf, 0.0
+            self.contacts, self.distance = 0, math.inf
             self._before, self._now = self._now, self._before
             return
         np.multiply(self._velocities, seconds, out=self._ahead)
@@ -114,7 +118,7 @@ class SelfContact:
         self.contacts = count
         if count:
             self.touched = True
-            self._respond(state, count, seconds)
+            self._respond(state, count, seconds, surfaces)
         self._before, self._now = self._now, self._before
 
     def _accept_paths(self, state: State) -> int:
@@ -124,7 +128,7 @@ class SelfContact:
         while blocked:
             blocked_pairs = (self._particles, self._contacts, count)
             if attempt == 0:
-                push_back(self._now, self._before, self._inverse_masses, *blocked_pairs)
+                push_back(self._now, self._inverse_masses, *blocked_pairs)
             elif attempt < _ATTEMPTS:
                 share = 0.5 if attempt <= _HALVINGS else 0.0
                 shorten(self._now, self._before, share, *blocked_pairs)
@@ -144,25 +148,26 @@ class SelfContact:
         while True:
             count, blocked, self.distance = search(
                 self._before, self._now, self._ahead, near.pairs, near.normals, near.gaps,
-                near.vertices, self._slack, again, self._thickness, self._room, self._particles,
-                self._contacts,
+                near.vertices, again, self._thickness, self._particles, self._contacts,
             )  # fmt: skip
             if count <= len(self._particles):
                 return count, blocked
             self._allocate(int(1.3 * count))
             again = True
 
-    def _respond(self, state: State, count: int, seconds: float) -> None:
-        contacts = (self._particles, self._contacts, count, seconds, self._friction)
+    def _respond(
+        self, state: State, count: int, seconds: float, surfaces: Sequence[Surface]
+    ) -> None:
+        self._supports[:, :3], self._supports[:, 3] = 0.0, -math.inf
+        for each in surfaces:
+            find_supports(
+                self._now, each.rho, *self._layout, each.kind, each.row, each.fields, seconds,
+                self._supports,
+            )  # fmt: skip
+        self._changes[...] = 0.0
         apply_impulses(
-            self._velocities, self._inverse_masses, *contacts, self._impulses
-        )
-        store_velocities(self._velocities, *self._layout, state.velocity)
-        self._displacements[...] = 0
-        np.subtract(self._now, self._before, out=self._ahead)
-        displace(
-            self._displacements, self._ahead, self._inverse_masses, *contacts, self._impulses
-        )
-        self._slack = 2 * limit(self._displacements, self._room)
-        self._now += self._displacements
-        store_positions(self._now, self._inverse_masses, *self._layout, state.position)
+            self._velocities, self._changes, self._former, self._supports, self._inverse_masses,
+            self._particles, self._contacts, count, seconds, self._gravity, self._friction,
+            self._impulses,
+        )  # fmt: skip
+        add_velocities(self._changes, *self._layout, state.velocity)
