@@ -112,7 +112,7 @@ class Simulation:
         colliders = scene.all_colliders()
         self.contact = Contact(scene, self.grid, dtype) if colliders else None
         thickness = scene.self_contact.thickness
-        self.self_contact = SelfContact(scene, self.grid) if thickness > 0 else None
+        self.self_contact = SelfContact(scene, self.grid, dtype) if thickness > 0 else None
         self._shapes: dict[str, Any] = {}
         if self.contact is not None:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact_subroutine
+from ..kernels.jit import exact_inlined
 
 
-@exact_subroutine
+@exact_inlined
 def _weights_in_triangle(p, q, r, x, i, j, k):  # type: ignore[no-untyped-def]
     """Return the barycentric weights of the point of a triangle that is closest to p q r."""
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
@@ -48,7 +48,7 @@ def _weights_in_triangle(p, q, r, x, i, j, k):  # type: ignore[no-untyped-def]
     return wi / total, wj / total, wk / total
 
 
-@exact_subroutine
+@exact_inlined
 def _parameters_on_edges(x, i, j, k, l):  # type: ignore[no-untyped-def]
     """Return where the closest points of two edges are: the weights of j and of l."""
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
@@ -71,7 +71,7 @@ def _parameters_on_edges(x, i, j, k, l):  # type: ignore[no-untyped-def]
     return s, t
 
 
-@exact_subroutine
+@exact_inlined
 def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
     """
     Return the distance of a pair of features, the direction and the weights of its particles.
@@ -107,7 +107,7 @@ def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
     return d, nx, ny, nz, wi, wj, wk, wl
 
 
-@exact_subroutine
+@exact_inlined
 def separation(x, edges, i, j, k, l, nx, ny, nz):  # type: ignore[no-untyped-def]
     """
     Return the width, m, of the gap between a pair of features along a unit vector.

@@ -15,15 +15,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact
+from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest, separation
 from .linear_path import stays_apart
 
 # Distance, in thicknesses, within which pairs are in contact before they are too near.
-REACH = 1.5
+REACH = 1.25
 # Distance, in thicknesses, at which two edges rest: layers rest on the vertices, which would press
 # on the edges as well where edges of both layers cross.
-EDGES = 0.8
+EDGES = 0.75
 # Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
 SAFE = 0.25
 # Least distance, in thicknesses, at which a path is accepted.
@@ -35,12 +35,29 @@ _ROUNDING = 1e-5
 # its path was not accepted.
 WEIGHTS, NORMAL, DISTANCE, REST, BLOCKED = 0, 4, 7, 8, 9
 CONTACT = 10
+# Numbers about a vertex: the vectors of its last two contacts with an edge or a corner, m; and the
+# share of their length by which two are different.
+LAST = 6
+_SAME = 1e-6
+
+
+@exact_inlined
+def _known(last, i, nx, ny, nz, d):  # type: ignore[no-untyped-def]
+    """Return whether one of the last two contacts of a vertex has the same vector; note this."""
+    x, y, z = d * nx, d * ny, d * nz
+    for n in range(0, LAST, 3):
+        u, v, w = x - last[i, n], y - last[i, n + 1], z - last[i, n + 2]
+        if u * u + v * v + w * w < _SAME * _SAME * d * d:
+            return True
+    last[i, 3], last[i, 4], last[i, 5] = last[i, 0], last[i, 1], last[i, 2]
+    last[i, 0], last[i, 1], last[i, 2] = x, y, z
+    return False
 
 
 @exact
 def search(  # type: ignore[no-untyped-def]
-    before, now, ahead, pairs, normals, gaps, vertices, again, thickness, particles,
-    contacts,
+    before, now, ahead, pairs, normals, gaps, vertices, chosen, every, slack, again, thickness,
+    margin, last, particles, contacts,
 ):  # fmt: skip
     """
     List the contacts of a pair list, and the pairs whose path is not accepted.
@@ -55,30 +72,39 @@ def search(  # type: ignore[no-untyped-def]
         positions, m.  The latter two are updated.
     vertices
         Number of pairs, at the beginning of the list, of a vertex and a triangle.
+    chosen, every
+        Indices of the pairs that are looked at, shape (m,); or True for all of them, and those that
+        are not farther than `margin` from contact are then written to `chosen`.
+    slack
+        By how much the gaps may have decreased since they were computed, m.
     again
         True for a second search with the same accepted positions, which the gaps are not of.
-    thickness
+    thickness, margin
         m.
+    last
+        Scratch: shape (n, LAST).
     particles, contacts
         Receive the contacts, shapes (m, 4) and (m, CONTACT); those beyond their length are
         counted only.
 
     Returns
     -------
-    (int, int, float)
-        Number of contacts, and of those whose path is not accepted; the least distance, m, of
-        those pairs that were looked at.
+    (int, int, int, float)
+        Number of contacts, of those whose path is not accepted, and of chosen pairs; the least
+        distance, m, of pairs that were not known to be apart.
 
     """
-    count, blocked, nearest = 0, 0, np.inf
+    last[...] = 0.0
+    count, blocked, near, nearest = 0, 0, 0, np.inf
     safe = SAFE * thickness
-    for p in range(len(pairs)):
+    for q in range(len(pairs) if every else len(chosen)):
+        p = q if every else np.int64(chosen[q])
         edges = p >= vertices
         rest = EDGES * thickness if edges else thickness
         i, j, k, l = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
         nx, ny, nz = np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
         gap = separation(now, edges, i, j, k, l, nx, ny, nz)
-        start = np.float64(gaps[p])
+        start = np.float64(gaps[p]) - slack
         if again:
             start = separation(before, edges, i, j, k, l, nx, ny, nz)
         known = min(start, gap) > safe * (1.0 + _ROUNDING)
@@ -89,6 +115,9 @@ def search(  # type: ignore[no-untyped-def]
                 or separation(ahead, edges, i, j, k, l, nx, ny, nz) > apart
             ):
                 gaps[p] = gap
+                if every and gap <= apart + margin:
+                    chosen[near] = p
+                    near += 1
                 continue
         d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, l)
         free = known
@@ -100,6 +129,9 @@ def search(  # type: ignore[no-untyped-def]
             free = stays_apart(before, now, edges, i, j, k, l, least)
             if not free:
                 d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
+        if every and d <= apart + margin:
+            chosen[near] = p
+            near += 1
         normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
         gaps[p] = d if free else 0.0
         nearest = min(nearest, d)
@@ -111,6 +143,10 @@ def search(  # type: ignore[no-untyped-def]
                 if d >= REACH * thickness:
                     continue
                 if closest(ahead, edges, i, j, k, l)[0] >= rest:
+                    continue
+            # A vertex next to an edge or a corner is in contact with one of the triangles there.
+            if not edges and (wj == 0.0 or wk == 0.0 or wl == 0.0):
+                if _known(last, i, nx, ny, nz, d):
                     continue
         else:
             blocked += 1
@@ -124,4 +160,4 @@ def search(  # type: ignore[no-untyped-def]
             contacts[count, REST] = rest
             contacts[count, BLOCKED] = 0.0 if free else 1.0
         count += 1
-    return count, blocked, nearest
+    return count, blocked, near if every else len(chosen), nearest

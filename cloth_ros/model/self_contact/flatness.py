@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ..kernels.jit import exact, exact_subroutine
+from ..kernels.jit import exact, exact_inlined, inlined, kernel
 
 # Cells along a side of a tile.
 TILE = 4
@@ -25,25 +25,27 @@ _NEAREST = math.sqrt(0.5)
 FRAME = 6
 
 
-@exact_subroutine
-def _include(box, n, x, i, j):  # type: ignore[no-untyped-def]
-    for axis in range(3):
-        e = x[j, axis] - x[i, axis]
-        box[n, axis] = min(box[n, axis], e)
-        box[n, 3 + axis] = max(box[n, 3 + axis], e)
+@inlined
+def _extend(low, high, position, axis, first, step, count):  # type: ignore[no-untyped-def]
+    """Extend bounds, by column, by the vectors from particles of a row to others a step away."""
+    for c in range(np.uint64(count)):
+        e = position[axis, first + step + c] - position[axis, first + c]
+        # Not `min`, which would have to propagate NaN: such a loop stays scalar.
+        low[c] = e if e < low[c] else low[c]
+        high[c] = e if e > high[c] else high[c]
 
 
-@exact
-def bound_edges(x, rows, columns, edges, clear):  # type: ignore[no-untyped-def]
+@kernel
+def bound_edges(position, begin, stride, rows, columns, bounds, edges, clear):  # type: ignore[no-untyped-def]
     """
     Write the bounds of the edge vectors of each tile, along the rows and along the columns.
 
     Parameters
     ----------
-    x
-        Positions, m, shape (rows * columns, 3), double precision.
-    rows, columns
-        Of the sheet.
+    position, begin, stride, rows, columns
+        Flat array, m, and its layout.
+    bounds
+        Scratch: shape (2, columns), in the precision of the positions.
     edges
         Receives the least and the greatest vector, m: shape (2, tiles, 6).
     clear
@@ -51,22 +53,30 @@ def bound_edges(x, rows, columns, edges, clear):  # type: ignore[no-untyped-def]
 
     """
     across = (columns + TILE - 1) // TILE
-    if clear:
-        edges[:, :, :3] = np.inf
-        edges[:, :, 3:] = -np.inf
-    for tile in range(edges.shape[1]):
-        top, left = tile // across * TILE, tile % across * TILE
-        bottom, right = min(top + TILE, rows - 1), min(left + TILE, columns - 1)
-        for row in range(top, bottom + 1):
-            for column in range(left, right + 1):
-                i = row * columns + column
-                if column < right:
-                    _include(edges[0], tile, x, i, i + 1)
-                if row < bottom:
-                    _include(edges[1], tile, x, i, i + columns)
+    far = bounds.dtype.type(1e30)
+    low, high = bounds[0], bounds[1]
+    for band in range((rows + TILE - 1) // TILE):
+        top, bottom = band * TILE, min((band + 1) * TILE, rows - 1)
+        for n in range(2):
+            for axis in range(3):
+                low[:] = far
+                high[:] = -far
+                for row in range(top, bottom + 1 - n):
+                    first = np.uint64(begin + row * stride)
+                    step = np.uint64(stride if n else 1)
+                    _extend(low, high, position, axis, first, step, columns - 1 + n)
+                for place in range(across):
+                    tile = band * across + place
+                    least, most = edges[n, tile, axis], edges[n, tile, 3 + axis]
+                    if clear:
+                        least, most = np.inf, -np.inf
+                    # The edges along the columns at the right of a tile belong to it as well.
+                    for c in range(place * TILE, min((place + 1) * TILE, columns - 1) + n):
+                        least, most = min(least, low[c]), max(most, high[c])
+                    edges[n, tile, axis], edges[n, tile, 3 + axis] = least, most
 
 
-@exact_subroutine
+@exact_inlined
 def _block(edges, tile, down, across, box):  # type: ignore[no-untyped-def]
     """Write the bounds of the edges of a tile and its neighbours."""
     row, column = tile // across, tile % across
@@ -80,7 +90,7 @@ def _block(edges, tile, down, across, box):  # type: ignore[no-untyped-def]
                     box[n, 3 + axis] = max(box[n, 3 + axis], edges[n, r * across + c, 3 + axis])
 
 
-@exact_subroutine
+@exact_inlined
 def _component(box, n, x, y, z):  # type: ignore[no-untyped-def]
     """Return the middle and the half width of the bounds of a component of edges."""
     middle = 0.5 * (
@@ -94,7 +104,7 @@ def _component(box, n, x, y, z):  # type: ignore[no-untyped-def]
     return middle, half
 
 
-@exact_subroutine
+@exact_inlined
 def _least_distance(box, frame, tile):  # type: ignore[no-untyped-def]
     """Return the least distance, m, of features of a block that share no particle."""
     u = (frame[tile, 0], frame[tile, 1], frame[tile, 2])

@@ -6,15 +6,17 @@ import math
 
 import numpy as np
 
-from ..grid import Array
+from ..grid import Array, Grid
 from .contact_search import REACH
 from .flatness import FRAME, TILE, bound_edges, find_flat, still_flat
-from .pair_list import bound_cells, farthest, find_near_tiles, find_pairs
+from .motion import farthest
+from .pair_list import bound_cells, bound_features, find_near_tiles, find_pairs
+from .particle_arrays import load_vectors
 
 # Least margin of a list, in thicknesses.
 _LEAST_MARGIN = 0.5
-# Margin, in displacements in a part: how many parts a list lasts, twice.
-_PARTS = 8.0
+# Margin, in displacements in a part: half of the parts that a list lasts.
+_PARTS = 4.0
 # Distance of features, in thicknesses, in parts of the sheet that count as flat.
 _FLAT = 1.02 * REACH
 _LEAST_ROOM = 256
@@ -28,12 +30,10 @@ class Neighbours:
 
     Parameters
     ----------
-    rows, columns
+    grid, dtype
         Of the sheet.
-    thickness
-        m.
-    spacing
-        Longest margin, m.
+    thickness, longest
+        Of the sheet, and the longest margin, m.
 
     Attributes
     ----------
@@ -44,26 +44,32 @@ class Neighbours:
 
     """
 
-    def __init__(self, rows: int, columns: int, thickness: float, spacing: float) -> None:
-        self._size = (rows, columns)
+    def __init__(self, grid: Grid, dtype: type, thickness: float, longest: float) -> None:
+        rows, columns = self._size = (grid.rows, grid.columns)
+        self._layout = (grid.begin, grid.stride, rows, columns)
         self._tiles = (-(-rows // TILE), -(-columns // TILE))
         tiles = self._tiles[0] * self._tiles[1]
         self._reach, self._flat_distance = REACH * thickness, _FLAT * thickness
-        self._margins = (_LEAST_MARGIN * thickness, spacing)
+        self._margins = (_LEAST_MARGIN * thickness, longest)
         self._edges = np.empty((2, tiles, 6))
         self._frame = np.zeros((tiles, FRAME))
         self._flat = np.zeros(tiles, np.int64)
         self._cell_bounds = np.empty((rows * columns, 6))
         self._tile_bounds = np.empty((tiles, 6))
+        self._feature_bounds = np.empty((6, rows * columns, 6))
         self._tile_pairs: Array = np.empty((_LEAST_ROOM, 2), np.int64)
-        self._listed = np.zeros((rows * columns, 3))
+        # Positions at which the list was made.
+        self._listed = grid.field(dtype)
+        self._scratch: Array = np.empty((3, columns), dtype)
+        self.mean = np.zeros(3)
+        self._points = np.zeros((2, rows * columns, 3))
         self._arrays = [self._room(_LEAST_ROOM), self._room(_LEAST_ROOM)]
         self.invalidate()
 
     @staticmethod
     def _room(count: int) -> tuple[Array, Array, Array]:
         return (
-            np.empty((count, 4), np.int32),
+            np.empty((count, 4), np.uint32),
             np.empty((count, 3), np.float32),
             np.empty(count, np.float32),
         )
@@ -74,36 +80,43 @@ class Neighbours:
         self.vertices = 0
         self.pairs, self.normals, self.gaps = self._room(0)
 
+    def motion(self, before: Array, now: Array) -> float:
+        """Return how far particles have moved, m, beyond the mean; NaN if that is not finite."""
+        distance: float = farthest(before, now, self._layout, self._scratch[0], self.mean)
+        return distance
+
     def update(self, before: Array, now: Array) -> bool:
         """
-        Make the list complete for a linear path; return False if that is not finite.
+        Make the list complete for a linear path; return whether it is a new one.
 
         Parameters
         ----------
         before, now
-            Positions, m, shape (rows * columns, 3), of which the list was complete at the first.
+            Flat arrays of positions, m, which are finite; the list was complete at the first.
 
         """
-        if self._margin >= 0.0:
-            bound_edges(now, *self._size, self._edges, True)
-            if 2 * farthest(self._listed, now) <= self._margin and still_flat(
+        if self._margin >= 0.0 and 2 * self.motion(self._listed, now) <= self._margin:
+            self._bound_edges(now, clear=True)
+            if still_flat(
                 self._edges, *self._tiles, self._flat_distance, self._frame, self._flat
             ):
-                return True
-        motion = farthest(before, now)
-        if not math.isfinite(motion):
-            return False
-        self._renew(before, now, motion)
+                return False
+        self._renew(before, now, self.motion(before, now))
         return True
+
+    def _bound_edges(self, position: Array, *, clear: bool) -> None:
+        bound_edges(position, *self._layout, self._scratch[1:], self._edges, clear)
 
     def _renew(self, before: Array, now: Array, motion: float) -> None:
         margin = min(max(self._margins[0], _PARTS * motion), self._margins[1])
         swept = 2 * motion > margin
         self._listed[...] = now
-        bound_edges(now, *self._size, self._edges, True)
-        bound_edges(before, *self._size, self._edges, False)
+        self._bound_edges(now, clear=True)
+        self._bound_edges(before, clear=False)
         find_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)
-        path = (before if swept else now, now)
+        for field, points in zip((before, now), self._points, strict=True):
+            load_vectors(field, *self._layout[:2], self._size[1], points)
+        path = (self._points[0] if swept else self._points[1], self._points[1])
         bound_cells(*path, *self._size, self._cell_bounds, self._tile_bounds)
         reach = self._reach + margin
         while True:
@@ -118,8 +131,9 @@ class Neighbours:
         if count == 0:
             self._margin = max(clear - self._reach, margin)
         else:
+            bound_features(*path, *self._size, self._feature_bounds)
             for edges in (False, True):
-                counts[edges] = self._find(path, self._tile_pairs[:count], reach, swept, motion, edges)
+                counts[edges] = self._find(self._tile_pairs[:count], reach, swept, motion, edges)
         parts = [
             tuple(array[:number] for array in arrays)
             for arrays, number in zip(self._arrays, counts, strict=True)
@@ -130,18 +144,13 @@ class Neighbours:
         self.vertices = counts[0]
 
     def _find(
-        self,
-        path: tuple[Array, Array],
-        tile_pairs: Array,
-        reach: float,
-        swept: bool,
-        motion: float,
-        edges: bool,
+        self, tile_pairs: Array, reach: float, swept: bool, motion: float, edges: bool
     ) -> int:
         while True:
             count: int = find_pairs(
-                *path, *self._size, self._cell_bounds, tile_pairs, reach, swept,
-                2 * motion, edges, *self._arrays[edges],
+                self._points[1], *self._size, self._cell_bounds, self._tile_bounds,
+                self._feature_bounds, tile_pairs, reach, swept, 2 * motion, edges,
+                *self._arrays[edges],
             )  # fmt: skip
             if count <= len(self._arrays[edges][0]):
                 return count

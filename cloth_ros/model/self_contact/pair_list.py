@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact, exact_subroutine
+from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest
 from .flatness import TILE
 
@@ -52,12 +52,12 @@ def bound_cells(before, after, rows, columns, cells, tiles):  # type: ignore[no-
                 tiles[tile, 3 + axis] = max(tiles[tile, 3 + axis], high)
 
 
-@exact_subroutine
-def gap_squared(boxes, i, j):  # type: ignore[no-untyped-def]
+@exact_inlined
+def gap_squared(first, i, second, j):  # type: ignore[no-untyped-def]
     """Return the squared distance of two boxes, m²."""
-    x = max(boxes[i, 0] - boxes[j, 3], boxes[j, 0] - boxes[i, 3], 0.0)
-    y = max(boxes[i, 1] - boxes[j, 4], boxes[j, 1] - boxes[i, 4], 0.0)
-    z = max(boxes[i, 2] - boxes[j, 5], boxes[j, 2] - boxes[i, 5], 0.0)
+    x = max(first[i, 0] - second[j, 3], second[j, 0] - first[i, 3], 0.0)
+    y = max(first[i, 1] - second[j, 4], second[j, 1] - first[i, 4], 0.0)
+    z = max(first[i, 2] - second[j, 5], second[j, 2] - first[i, 5], 0.0)
     return x * x + y * y + z * z
 
 
@@ -91,7 +91,7 @@ def find_near_tiles(tiles, across, flat, reach, pairs):  # type: ignore[no-untyp
             neighbours = b // across - row <= 1 and abs(b % across - column) <= 1
             if neighbours and (flat[a] or flat[b]):
                 continue
-            gap = gap_squared(tiles, a, b)
+            gap = gap_squared(tiles, a, tiles, b)
             if gap > reach * reach:
                 if not neighbours:
                     clear = min(clear, gap)
@@ -102,53 +102,44 @@ def find_near_tiles(tiles, across, flat, reach, pairs):  # type: ignore[no-untyp
     return count, np.sqrt(clear)
 
 
-@exact_subroutine
-def _apart(before, after, a, b, k, i, j, reach):  # type: ignore[no-untyped-def]
-    """Return whether the bounds of a feature of some corners and of i … j are out of reach."""
-    for axis in range(3):
-        low, high = np.inf, -np.inf
-        for n in (a, b, k):
-            low = min(low, before[n, axis], after[n, axis])
-            high = max(high, before[n, axis], after[n, axis])
-        first = min(before[i, axis], after[i, axis], before[j, axis], after[j, axis])
-        last = max(before[i, axis], after[i, axis], before[j, axis], after[j, axis])
-        if first - high > reach or low - last > reach:
-            return True
-    return False
+@exact
+def bound_features(before, after, rows, columns, boxes):  # type: ignore[no-untyped-def]
+    """
+    Write the bounds of the features of each cell on a linear path.
 
+    Parameters
+    ----------
+    before, after, rows, columns
+        As in `bound_cells`.
+    boxes
+        Receives least and greatest coordinates, m, of the vertex, the three edges and the two
+        triangles of each cell: shape (6, rows * columns, 6).  Those that there are not are at
+        infinity.
 
-@exact_subroutine
-def _append(out, normals, gaps, count, x, edges, i, j, k, l, reach, motion):  # type: ignore[no-untyped-def]
-    """Append a pair unless it is out of reach; return the number of pairs."""
-    d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, l)
-    if d > reach:
-        return count
-    if count < len(out):
-        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, l
-        normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
-        gaps[count] = d - motion
-    return count + 1
-
-
-@exact_subroutine
-def _vertex_and_cell(  # type: ignore[no-untyped-def]
-    before, after, v, cell, rows, columns, reach, exact_reach, motion, out, normals, gaps, count
-):
-    """Append the pairs of a vertex and the triangles of a cell."""
-    if cell // columns + 1 >= rows or cell % columns + 1 >= columns:
-        return count
-    right, below = cell + 1, cell + columns
-    for far in (cell, below + 1):
-        if v != right and v != below and v != far:
-            if not _apart(before, after, right, below, far, v, v, reach):
-                count = _append(
-                    out, normals, gaps, count, after, False, v, right, below, far, exact_reach,
-                    motion,
+    """
+    for cell in range(rows * columns):
+        for n in range(6):
+            if n < 3:
+                i, j = _edge(cell, n, rows, columns)
+                k, missing = i, i == j
+                box = 1 + n
+            elif n < 5:
+                i, j, k, missing = _triangle(cell, n - 3, rows, columns)
+                box = n + 1
+            else:
+                i, j, k, missing, box = cell, cell, cell, False, 0
+            for axis in range(3):
+                low = min(before[i, axis], before[j, axis], before[k, axis])
+                high = max(before[i, axis], before[j, axis], before[k, axis])
+                boxes[box, cell, axis] = min(low, after[i, axis], after[j, axis], after[k, axis])
+                boxes[box, cell, 3 + axis] = max(
+                    high, after[i, axis], after[j, axis], after[k, axis]
                 )
-    return count
+                if missing:
+                    boxes[box, cell, axis] = boxes[box, cell, 3 + axis] = np.inf
 
 
-@exact_subroutine
+@exact_inlined
 def _edge(cell, n, rows, columns):  # type: ignore[no-untyped-def]
     """Return the ends of edge n of a cell, the same particle twice if there is none."""
     beside = 1 if cell % columns + 1 < columns else 0
@@ -162,38 +153,81 @@ def _edge(cell, n, rows, columns):  # type: ignore[no-untyped-def]
     return cell, cell
 
 
-@exact_subroutine
-def _edges_of_cells(  # type: ignore[no-untyped-def]
-    before, after, a, b, rows, columns, reach, exact_reach, motion, out, normals, gaps, count
+@exact_inlined
+def _triangle(cell, n, rows, columns):  # type: ignore[no-untyped-def]
+    """Return the corners of triangle n of a cell, and True if there is none."""
+    if cell // columns + 1 >= rows or cell % columns + 1 >= columns:
+        return cell, cell, cell, True
+    return cell + n * (columns + 1), cell + 1, cell + columns, False
+
+
+@exact_inlined
+def _apart(boxes, m, a, n, b, reach):  # type: ignore[no-untyped-def]
+    """Return whether the bounds of two features are out of reach."""
+    for axis in range(3):
+        if (
+            boxes[m, a, axis] - boxes[n, b, 3 + axis] > reach
+            or boxes[n, b, axis] - boxes[m, a, 3 + axis] > reach
+        ):
+            return True
+    return False
+
+
+@exact_inlined
+def _append(out, normals, gaps, count, x, edges, i, j, k, l, reach, motion):  # type: ignore[no-untyped-def]
+    """Append a pair unless it is out of reach; return the number of pairs."""
+    d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, l)
+    if d > reach:
+        return count
+    if count < len(out):
+        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, l
+        normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
+        gaps[count] = d - motion
+    return count + 1
+
+
+@exact_inlined
+def _pairs_of_cells(  # type: ignore[no-untyped-def]
+    after, boxes, a, b, rows, columns, reach, exact_reach, motion, edges, out, normals, gaps, count
 ):
-    """Append the pairs of the edges of two cells."""
-    for m in range(3):
-        i, j = _edge(a, m, rows, columns)
-        if i == j:
+    """Append the pairs of a vertex, or an edge, of a cell and triangles, or edges, of another."""
+    if edges:
+        for m in range(3):
+            i, j = _edge(a, m, rows, columns)
+            for n in range(3):
+                if _apart(boxes, 1 + m, a, 1 + n, b, reach):
+                    continue
+                k, l = _edge(b, n, rows, columns)
+                if i != k and i != l and j != k and j != l:
+                    count = _append(
+                        out, normals, gaps, count, after, True, i, j, k, l, exact_reach, motion
+                    )
+        return count
+    for n in range(2):
+        if _apart(boxes, 0, a, 4 + n, b, reach):
             continue
-        for n in range(3):
-            k, l = _edge(b, n, rows, columns)
-            if k == l or i == k or i == l or j == k or j == l:
-                continue
-            if not _apart(before, after, k, l, l, i, j, reach):
-                count = _append(
-                    out, normals, gaps, count, after, True, i, j, k, l, exact_reach, motion
-                )
+        j, k, l, _ = _triangle(b, n, rows, columns)
+        if a != j and a != k and a != l:
+            count = _append(
+                out, normals, gaps, count, after, False, a, j, k, l, exact_reach, motion
+            )
     return count
 
 
 @exact
 def find_pairs(  # type: ignore[no-untyped-def]
-    before, after, rows, columns, cells, tile_pairs, reach, swept, motion, edges, out,
+    after, rows, columns, cells, tiles, boxes, tile_pairs, reach, swept, motion, edges, out,
     normals, gaps,
-):
+):  # fmt: skip
     """
     List the pairs of vertices and triangles, or of edges, that may come into reach.
 
     Parameters
     ----------
-    before, after, rows, columns, cells
+    after, rows, columns, cells, tiles
         As in `bound_cells`.
+    boxes
+        From `bound_features`.
     tile_pairs
         From `find_near_tiles`.
     reach
@@ -206,7 +240,8 @@ def find_pairs(  # type: ignore[no-untyped-def]
         True for pairs of edges, False for pairs of a vertex and a triangle.
     out, normals, gaps
         Receive the particles of each pair, shape (n, 4); a unit vector, shape (n, 3); and a bound
-        of the gap along it at the start of the path, m, shape (n,).  Pairs beyond their length are counted only.
+        of the gap along it at the start of the path, m, shape (n,).  Pairs beyond their length are
+        counted only.
 
     Returns
     -------
@@ -222,46 +257,21 @@ def find_pairs(  # type: ignore[no-untyped-def]
         for r in range(s // across * TILE, min((s // across + 1) * TILE, rows)):
             for c in range(s % across * TILE, min((s % across + 1) * TILE, columns)):
                 a = r * columns + c
+                if gap_squared(cells, a, tiles, t) > reach * reach:
+                    continue
                 for q in range(t // across * TILE, min((t // across + 1) * TILE, rows)):
                     for d in range(t % across * TILE, min((t % across + 1) * TILE, columns)):
                         b = q * columns + d
-                        if (s == t and b < a) or gap_squared(cells, a, b) > reach * reach:
+                        if s == t and b < a or gap_squared(cells, a, cells, b) > reach * reach:
                             continue
-                        if edges:
-                            if a != b:
-                                count = _edges_of_cells(
-                                    before, after, a, b, rows, columns, reach, exact_reach, motion,
-                                    out, normals, gaps, count,
-                                )  # fmt: skip
-                            continue
-                        count = _vertex_and_cell(
-                            before, after, a, b, rows, columns, reach, exact_reach, motion, out,
-                            normals, gaps, count,
-                        )  # fmt: skip
-                        if a != b:
-                            count = _vertex_and_cell(
-                                before, after, b, a, rows, columns, reach, exact_reach, motion,
-                                out, normals, gaps, count,
+                        if not edges or a != b:
+                            count = _pairs_of_cells(
+                                after, boxes, a, b, rows, columns, reach, exact_reach, motion,
+                                edges, out, normals, gaps, count,
+                            )  # fmt: skip
+                        if not edges and a != b:
+                            count = _pairs_of_cells(
+                                after, boxes, b, a, rows, columns, reach, exact_reach, motion,
+                                edges, out, normals, gaps, count,
                             )  # fmt: skip
     return count
-
-
-@exact
-def farthest(before, now):  # type: ignore[no-untyped-def]
-    """Return the greatest displacement of a particle beyond the mean of all, m."""
-    number = len(now)
-    x, y, z = 0.0, 0.0, 0.0
-    for i in range(number):
-        x += now[i, 0] - before[i, 0]
-        y += now[i, 1] - before[i, 1]
-        z += now[i, 2] - before[i, 2]
-    x, y, z = x / number, y / number, z / number
-    most = 0.0
-    for i in range(number):
-        u = now[i, 0] - before[i, 0] - x
-        v = now[i, 1] - before[i, 1] - y
-        w = now[i, 2] - before[i, 2] - z
-        squared = u * u + v * v + w * w
-        if not squared <= most:  # as for NaN
-            most = squared
-    return np.sqrt(most)

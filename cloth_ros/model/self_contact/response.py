@@ -21,16 +21,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact, exact_subroutine
+from ..kernels.jit import exact, exact_inlined
 from .contact_search import BLOCKED, DISTANCE, NORMAL, REST, WEIGHTS
 
 # Time, s, in which a distance that is too small is restored.
 _RESTORING = 0.02
 _VELOCITY_SWEEPS = 4
+# Numbers about a contact: half of the velocity along the surface that it gained in the part, the
+# least velocity along the normal, the mass of the relative motion, the impulses so far,
+# and whether a collider supports one of the particles.
+GAIN, LEAST, MASS, PUSHED, DRAGGED, SUPPORTED = 0, 3, 4, 5, 6, 7
+ROW = 8
 _BLOCKED_SWEEPS = 8
 
 
-@exact_subroutine
+@exact_inlined
 def _relative(field, particles, contacts, c, axis):  # type: ignore[no-untyped-def]
     """Return a component of the weighted sum of a field, at both points of a contact."""
     return (
@@ -41,7 +46,7 @@ def _relative(field, particles, contacts, c, axis):  # type: ignore[no-untyped-d
     )
 
 
-@exact_subroutine
+@exact_inlined
 def _inverse_mass(inverse_masses, particles, contacts, c):  # type: ignore[no-untyped-def]
     """Return the inverse mass of the relative motion of a contact."""
     total = 0.0
@@ -51,7 +56,7 @@ def _inverse_mass(inverse_masses, particles, contacts, c):  # type: ignore[no-un
     return total
 
 
-@exact_subroutine
+@exact_inlined
 def _add(field, inverse_masses, particles, contacts, c, x, y, z):  # type: ignore[no-untyped-def]
     """Add an impulse, or a displacement times a mass, at both points of a contact."""
     for n in range(4):
@@ -62,8 +67,8 @@ def _add(field, inverse_masses, particles, contacts, c, x, y, z):  # type: ignor
         field[i, 2] += w * z
 
 
-@exact_subroutine
-def _support(velocities, supports, particles, c):  # type: ignore[no-untyped-def]
+@exact_inlined
+def _support(velocities, changes, supports, particles, c):  # type: ignore[no-untyped-def]
     """Stop the particles of a contact that approach a collider faster than they may."""
     for n in range(4):
         i = particles[c, n]
@@ -75,12 +80,15 @@ def _support(velocities, supports, particles, c):  # type: ignore[no-untyped-def
             velocities[i, 0] += lack * x
             velocities[i, 1] += lack * y
             velocities[i, 2] += lack * z
+            changes[i, 0] -= lack * x
+            changes[i, 1] -= lack * y
+            changes[i, 2] -= lack * z
 
 
 @exact
 def apply_impulses(  # type: ignore[no-untyped-def]
     velocities, changes, former, supports, inverse_masses, particles, contacts, count, seconds,
-    gravity, friction, impulses,
+    gravity, friction, rows,
 ):  # fmt: skip
     """
     Stop what approaches, and apply friction.
@@ -90,7 +98,7 @@ def apply_impulses(  # type: ignore[no-untyped-def]
     velocities
         m/s, shape (n, 3), double precision; includes the effect of supports afterwards.
     changes
-        Zero; receives the changes of velocity by the impulses alone, m/s, shape (n, 3).
+        Receives the changes of velocity by the impulses alone, m/s, shape (n, 3).
     former
         Velocities at the start of the last part, m/s, shape (n, 3).
     supports
@@ -102,55 +110,63 @@ def apply_impulses(  # type: ignore[no-untyped-def]
         From `search`.
     seconds, gravity, friction
         Duration of a part, s; m/s²; coefficient.
-    impulses
-        Receives the impulses along the normal and by friction, shape (m, 2).
+    rows
+        Scratch: shape (m, ROW).
 
     """
-    impulses[:count] = 0.0
     gained = 0.5 * gravity * seconds
-    # Velocities that are gained in a part, of which half is added.
-    for i in range(len(former)):
+    changes[...] = -velocities
+    for c in range(count):
+        mass = _inverse_mass(inverse_masses, particles, contacts, c)
+        # Half of the velocity that was gained in the part, to be given back.
         for axis in range(3):
-            former[i, axis] = 0.5 * (velocities[i, axis] - former[i, axis])
+            rows[c, GAIN + axis] = 0.5 * (
+                _relative(velocities, particles, contacts, c, axis)
+                - _relative(former, particles, contacts, c, axis)
+            )
+        nx, ny, nz = contacts[c, NORMAL], contacts[c, NORMAL + 1], contacts[c, NORMAL + 2]
+        rise = nx * rows[c, GAIN] + ny * rows[c, GAIN + 1] + nz * rows[c, GAIN + 2]
+        rows[c, GAIN] -= rise * nx
+        rows[c, GAIN + 1] -= rise * ny
+        rows[c, GAIN + 2] -= rise * nz
+        spare = contacts[c, DISTANCE] - contacts[c, REST]
+        least = -spare / (seconds if spare > 0.0 else _RESTORING)
+        rows[c, LEAST] = least + min(max(-rise, 0.0), gained)
+        rows[c, MASS] = 1.0 / mass if mass > 0.0 else 0.0
+        rows[c, PUSHED] = rows[c, DRAGGED] = rows[c, SUPPORTED] = 0.0
+        for n in range(4):
+            if supports[particles[c, n], 3] > -np.inf:
+                rows[c, SUPPORTED] = 1.0
     for sweep in range(_VELOCITY_SWEEPS):
         for each in range(count):
             c = each if sweep % 2 == 0 else count - 1 - each
-            inverse_mass = _inverse_mass(inverse_masses, particles, contacts, c)
-            if not inverse_mass > 0.0:
-                continue
             nx, ny, nz = contacts[c, NORMAL], contacts[c, NORMAL + 1], contacts[c, NORMAL + 2]
             x = _relative(velocities, particles, contacts, c, 0)
             y = _relative(velocities, particles, contacts, c, 1)
             z = _relative(velocities, particles, contacts, c, 2)
-            p = _relative(former, particles, contacts, c, 0)
-            q = _relative(former, particles, contacts, c, 1)
-            r = _relative(former, particles, contacts, c, 2)
-            along, rise = nx * x + ny * y + nz * z, nx * p + ny * q + nz * r
-            spare = contacts[c, DISTANCE] - contacts[c, REST]
-            least = -spare / (seconds if spare > 0.0 else _RESTORING)
-            least += min(max(-rise, 0.0), gained)
-            push = 0.0
-            if along < least:
-                push = (least - along) / inverse_mass
-                impulses[c, 0] += push
-            # Along the surface.
+            along = nx * x + ny * y + nz * z
+            push = max(rows[c, LEAST] - along, 0.0) * rows[c, MASS]
+            rows[c, PUSHED] += push
+            most = friction * rows[c, PUSHED] - rows[c, DRAGGED]
+            if not (push > 0.0 or most > 0.0):
+                continue
             x, y, z = x - along * nx, y - along * ny, z - along * nz
-            p, q, r = p - rise * nx, q - rise * ny, r - rise * nz
-            slip, drift = np.sqrt(x * x + y * y + z * z), np.sqrt(p * p + q * q + r * r)
-            share = min(gained, slip) / drift if drift > min(gained, slip) else 1.0
+            p, q, r = rows[c, GAIN], rows[c, GAIN + 1], rows[c, GAIN + 2]
+            allowed = min(gained, np.sqrt(x * x + y * y + z * z))
+            drift = np.sqrt(p * p + q * q + r * r)
+            share = allowed / drift if drift > allowed else 1.0
             x, y, z = x + share * p, y + share * q, z + share * r
             slip = np.sqrt(x * x + y * y + z * z)
             drag = 0.0
-            if slip > 0.0:
-                most = friction * impulses[c, 0] - impulses[c, 1]
-                impulse = min(slip / inverse_mass, max(most, 0.0))
-                impulses[c, 1] += impulse
+            if slip > 0.0 and most > 0.0:
+                impulse = min(slip * rows[c, MASS], most)
+                rows[c, DRAGGED] += impulse
                 drag = impulse / slip
-            if push > 0.0 or drag > 0.0:
-                x, y, z = push * nx - drag * x, push * ny - drag * y, push * nz - drag * z
-                _add(velocities, inverse_masses, particles, contacts, c, x, y, z)
-                _add(changes, inverse_masses, particles, contacts, c, x, y, z)
-                _support(velocities, supports, particles, c)
+            x, y, z = push * nx - drag * x, push * ny - drag * y, push * nz - drag * z
+            _add(velocities, inverse_masses, particles, contacts, c, x, y, z)
+            if rows[c, SUPPORTED] > 0.0:
+                _support(velocities, changes, supports, particles, c)
+    changes += velocities
 
 
 @exact
@@ -172,7 +188,10 @@ def push_back(now, inverse_masses, particles, contacts, count):  # type: ignore[
             missing = min(contacts[c, DISTANCE], contacts[c, REST]) - along
             if missing > 0.0:
                 push = missing / inverse_mass
-                _add(now, inverse_masses, particles, contacts, c, push * nx, push * ny, push * nz)
+                _add(
+                    now, inverse_masses, particles, contacts, c,
+                    push * nx, push * ny, push * nz,
+                )  # fmt: skip
 
 
 @exact

@@ -4,8 +4,10 @@ Contact of the sheet with itself, between parts of a batch of substeps.
 After each part, the paths of all pairs of features that are near each other are examined.  Pairs
 that would have passed through each other are moved back, and where that is not enough the paths of
 their particles are shortened, in the last resort to nothing: at the end of each part no feature
-has passed another.  Then impulses stop layers that approach, and part those that are too
-near.
+has passed another.  Then impulses stop layers that approach, and part those that are too near.
+
+Results are a function of the positions and velocities at the start and at the end of a part.
+Lists, gaps and normals that are kept from one part to the next only save time.
 """
 
 from __future__ import annotations
@@ -19,14 +21,16 @@ from ...scene import Scene
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
-from .contact_search import CONTACT, search
+from .contact_search import CONTACT, LAST, search
 from .neighbours import Neighbours
-from .particle_arrays import add_velocities, load, load_vectors, store_positions
-from .response import apply_impulses, push_back, shorten
+from .particle_arrays import add_velocities, load_inverse_masses, load_vectors, store_positions
+from .response import ROW, apply_impulses, push_back, shorten
 from .supports import find_supports
 
 # Share of the thickness by which gravity may press layers together in a part.
 _SAG = 0.03
+# Motion, in thicknesses, up to which only pairs near contact are looked at again.
+_CALM = 0.2
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
 _HALVINGS, _ATTEMPTS = 6, 24
@@ -39,7 +43,7 @@ class SelfContact:
 
     Parameters
     ----------
-    scene, grid
+    scene, grid, dtype
         Thickness, friction, and the sheet.
 
     Attributes
@@ -47,7 +51,7 @@ class SelfContact:
     contacts
         Number of pairs of features in contact after the last part.
     distance
-        Least distance of a pair, m, of those that were looked at; inf: none was.
+        Least distance of a pair, m, of those that were near contact; inf: none was.
     touched
         True if there was contact since it was last set to False.
     shortened
@@ -55,28 +59,38 @@ class SelfContact:
 
     """
 
-    def __init__(self, scene: Scene, grid: Grid) -> None:
+    def __init__(self, scene: Scene, grid: Grid, dtype: type) -> None:
         sheet, parameters = scene.sheet, scene.self_contact
         self._thickness, self._friction = parameters.thickness, parameters.friction
-        self._gravity = gravity = math.hypot(*scene.gravity)
-        self._longest = math.sqrt(2 * _SAG * self._thickness / gravity) if gravity else math.inf
+        self._gravity = math.hypot(*scene.gravity)
+        self._longest = math.inf
+        if self._gravity:
+            self._longest = math.sqrt(2 * _SAG * self._thickness / self._gravity)
         self._layout = (grid.begin, grid.stride, grid.columns)
+        self._farthest = sheet.diagonal
         number = grid.rows * grid.columns
         self._neighbours = Neighbours(
-            grid.rows, grid.columns, self._thickness, sheet.shortest_spacing
+            grid, dtype, self._thickness, 0.5 * sheet.shortest_spacing
+        )
+        # Flat arrays: positions and velocities at the start of a part; positions when all pairs
+        # were looked at, and those expected after the next part.
+        self._start, self._start_velocity, self._seen, self._expected = (
+            grid.field(dtype) for _ in range(4)
         )
         self._before, self._now, self._ahead = np.zeros((3, number, 3))
         self._former, self._velocities, self._changes = np.zeros((3, number, 3))
         self._supports = np.zeros((number, 4))
         self._inverse_masses = np.zeros(number)
+        self._last = np.zeros((number, LAST))
+        self._chosen: Array = np.zeros(0, np.uint32)
         self._allocate(_LEAST_ROOM)
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
         self._origin: Array | None = None
 
     def _allocate(self, count: int) -> None:
-        self._particles: Array = np.zeros((count, 4), np.int32)
+        self._particles: Array = np.zeros((count, 4), np.uint32)
         self._contacts: Array = np.zeros((count, CONTACT))
-        self._impulses: Array = np.zeros((count, 2))
+        self._rows: Array = np.zeros((count, ROW))
 
     def invalidate(self) -> None:
         """Start again from the positions of the next part: they were assigned."""
@@ -88,11 +102,10 @@ class SelfContact:
         return math.ceil(count / parts)
 
     def begin_part(self, state: State) -> None:
-        """Take the positions at the start of a part as accepted, if they are not known."""
-        load_vectors(state.velocity, *self._layout, self._former)
+        """Note the state at the start of a part, which is accepted."""
+        self._start[...], self._start_velocity[...] = state.position, state.velocity
         if self._origin is not state.origin:
             self._origin = state.origin
-            load_vectors(state.position, *self._layout, self._before)
             self._neighbours.invalidate()
 
     def end_part(self, state: State, seconds: float, surfaces: Sequence[Surface]) -> None:
@@ -101,56 +114,73 @@ class SelfContact:
 
         Positions and velocities are changed.  `surfaces` are those of colliders near the sheet.
         """
-        load(
-            state.position, state.velocity, state.mobility, *self._layout, self._now,
-            self._velocities, self._inverse_masses,
-        )  # fmt: skip
-        if not self._neighbours.update(self._before, self._now):
+        near = self._neighbours
+        if not near.motion(self._start, state.position) <= self._farthest:
+            # Too far, or not finite: the sheet stays as it was, and moves as a whole at most.
+            mean = np.where(np.isfinite(near.mean), near.mean, 0.0).astype(state.dtype)
+            state.position[...] = self._start + mean[:, None] * state.free
             self.invalidate()
             return
-        if len(self._neighbours.pairs) == 0:
+        new = near.update(self._start, state.position)
+        if len(near.pairs) == 0:
             self.contacts, self.distance = 0, math.inf
-            self._before, self._now = self._now, self._before
             return
-        np.multiply(self._velocities, seconds, out=self._ahead)
-        self._ahead += self._now
-        count = self._accept_paths(state)
+        np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
+        self._expected += state.position
+        load_inverse_masses(state.mobility, *self._layout, self._inverse_masses)
+        for field, vectors in (
+            (self._start, self._before),
+            (state.position, self._now),
+            (self._expected, self._ahead),
+        ):
+            load_vectors(field, *self._layout, vectors)
+        count = self._accept_paths(state, new=new)
         self.contacts = count
         if count:
             self.touched = True
             self._respond(state, count, seconds, surfaces)
-        self._before, self._now = self._now, self._before
 
-    def _accept_paths(self, state: State) -> int:
+    def _accept_paths(self, state: State, *, new: bool) -> int:
         """Move back what has passed through the sheet; return the number of contacts."""
-        count, blocked = self._search(again=False)
+        margin = _CALM * self._thickness
+        calm = not new and max(
+            self._neighbours.motion(self._seen, each)
+            for each in (self._start, state.position, self._expected)
+        ) < 0.5 * margin
+        if not calm:
+            self._seen[...] = state.position
+            self._chosen = np.empty(len(self._neighbours.pairs), np.uint32)
+        count, blocked = self._search(every=not calm, again=False, slack=0.0 if new else margin)
         attempt = 0
-        while blocked:
-            blocked_pairs = (self._particles, self._contacts, count)
+        while blocked and attempt <= _ATTEMPTS:
+            found = (self._particles, self._contacts, count)
             if attempt == 0:
-                push_back(self._now, self._inverse_masses, *blocked_pairs)
+                push_back(self._now, self._inverse_masses, *found)
             elif attempt < _ATTEMPTS:
                 share = 0.5 if attempt <= _HALVINGS else 0.0
-                shorten(self._now, self._before, share, *blocked_pairs)
+                shorten(self._now, self._before, share, *found)
                 self.shortened += 1
             else:
                 self._now[...] = self._before
             store_positions(self._now, self._inverse_masses, *self._layout, state.position)
-            count, blocked = self._search(again=True)
+            self._seen[...] = state.position
+            count, blocked = self._search(every=True, again=True, slack=0.0)
             attempt += 1
-            if attempt > _ATTEMPTS + 1:
-                break
         return count
 
-    def _search(self, *, again: bool) -> tuple[int, int]:
+    def _search(self, *, every: bool, again: bool, slack: float) -> tuple[int, int]:
         """Return the number of contacts, and of those whose path is not accepted."""
         near = self._neighbours
+        if every:
+            self._chosen = np.empty(len(near.pairs), np.uint32)
         while True:
-            count, blocked, self.distance = search(
+            count, blocked, chosen, self.distance = search(
                 self._before, self._now, self._ahead, near.pairs, near.normals, near.gaps,
-                near.vertices, again, self._thickness, self._particles, self._contacts,
+                near.vertices, self._chosen, every, slack, again, self._thickness,
+                _CALM * self._thickness, self._last, self._particles, self._contacts,
             )  # fmt: skip
             if count <= len(self._particles):
+                self._chosen = self._chosen[:chosen]
                 return count, blocked
             self._allocate(int(1.3 * count))
             again = True
@@ -158,16 +188,17 @@ class SelfContact:
     def _respond(
         self, state: State, count: int, seconds: float, surfaces: Sequence[Surface]
     ) -> None:
+        load_vectors(state.velocity, *self._layout, self._velocities)
+        load_vectors(self._start_velocity, *self._layout, self._former)
         self._supports[:, :3], self._supports[:, 3] = 0.0, -math.inf
         for each in surfaces:
             find_supports(
                 self._now, each.rho, *self._layout, each.kind, each.row, each.fields, seconds,
                 self._supports,
             )  # fmt: skip
-        self._changes[...] = 0.0
         apply_impulses(
             self._velocities, self._changes, self._former, self._supports, self._inverse_masses,
             self._particles, self._contacts, count, seconds, self._gravity, self._friction,
-            self._impulses,
+            self._rows,
         )  # fmt: skip
         add_velocities(self._changes, *self._layout, state.velocity)
