@@ -19,10 +19,12 @@ from .energy_monitor import EnergyMonitor, RollbackCounts
 from .grid import Array, to_grid_copy
 from .inputs import Inputs, Vector, inputs_for
 from .scene_check import check_change, check_scene
-from .simulation import MAX_SECONDS, Simulation, SubstepObserver
+from .self_contact.self_contact import SelfContact
+from .simulation import MAX_SECONDS, Simulation
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
 from .strain import Strain, strain
+from .substep_observer import SubstepObserver
 from .time_step import stability_limit
 
 
@@ -68,8 +70,8 @@ class Cloth:
         rollbacks: RollbackCounts | None = None,
     ) -> None:
         check_scene(scene)
-        self._step_control, self._energy_monitor = step_control, energy_monitor
-        self._observer = observer
+        self._step_control, self._observer = step_control, observer
+        self._energy_monitor = energy_monitor
         self._rollbacks = RollbackCounts() if rollbacks is None else rollbacks
         self._inputs = Inputs(scene.wind.velocity)
         self._simulation = self._simulation_of(scene)
@@ -273,7 +275,10 @@ class Cloth:
     @positions.setter
     def positions(self, value: Array) -> None:
         state = self._simulation.state
-        state.world_positions = state.grid.checked('positions', value)
+        positions = state.grid.checked('positions', value)
+        if self.self_contact is not None:
+            self.self_contact.check('positions', positions)
+        state.world_positions = positions
         self._simulation.accept_assigned_state(moved=True)
 
     @property
@@ -305,18 +310,13 @@ class Cloth:
         contact = self._simulation.contact
         return {} if contact is None else contact.colliders
 
+    @property
+    def self_contact(self) -> SelfContact | None:
+        """Contact of the sheet with itself, for reading; None: the scene has none."""
+        return self._simulation.self_contact
+
     def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
-        """
-        Return the force, N, and the torque about its origin, N m, of the cloth on a collider.
-
-        Both are means over the last advance, along the axes of the world.
-
-        Raises
-        ------
-        ValueError
-            There is no collider of this name.
-
-        """
+        """Return force, N, and torque, N m, on a collider; means over the last advance."""
         return self._collider(name).wrench(self.scene.sheet.cell_mass)
 
     @property

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -28,11 +28,12 @@ from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
 from .precision import precision_for
-from .self_contact.self_contact import SelfContact
+from .self_contact.self_contact import self_contact_of
 from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
 from .step_control import StepControl
+from .substep_observer import SubstepObserver
 from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
@@ -48,18 +49,6 @@ _EQUAL = 1e-8
 _NO_INPUTS = Inputs()
 
 Steps = Callable[[SubstepBatch], tuple[Step, ...]]
-
-
-class SubstepObserver(Protocol):
-    """Receives every substep of a simulation."""
-
-    def after_drift(self, state: State, step: Step, air_velocity: Vector) -> None:
-        """Receive the state after a kick and a drift, before contact."""
-        ...
-
-    def after_contact(self, state: State, step: Step) -> None:
-        """Receive the state after contact."""
-        ...
 
 
 class Simulation:
@@ -107,12 +96,10 @@ class Simulation:
         pinned = scene.pinned()
         self._pinned = bool(pinned.any())
         self.state.pin(pinned)
-        self.time = self.work = 0.0
-        self.substeps = 0
+        self.time, self.work, self.substeps = 0.0, 0.0, 0
         colliders = scene.all_colliders()
         self.contact = Contact(scene, self.grid, dtype) if colliders else None
-        thickness = scene.self_contact.thickness
-        self.self_contact = SelfContact(scene, self.grid, dtype) if thickness > 0 else None
+        self.self_contact = self_contact_of(scene, self.grid, dtype)
         self._shapes: dict[str, Any] = {}
         if self.contact is not None:
             self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
@@ -160,6 +147,8 @@ class Simulation:
         resample = snapshot.grid != self.grid
         if resample:
             snapshot = snapshot.resampled(self.scene)
+        if self.self_contact is not None:
+            self.self_contact.check('the state', self.grid.interior(snapshot.position))
         exact = snapshot.scene == self.scene and snapshot.position.dtype == self.state.dtype
         self._restore_motion(snapshot, exact=exact and not resample)
         self.work, self.substeps = snapshot.work, 0
@@ -253,7 +242,7 @@ class Simulation:
                 monitor.refine(division)
                 self.rollbacks.refined += 1
             yield from self._run(self._kick_drift, steps, count, h, division)
-            touched = self._touched()
+            touched = True in [each.touched for each in (self.contact, self.self_contact) if each]
             work = self._take_work()
             if self._accept(monitor, work, touched=touched):
                 return
@@ -314,11 +303,6 @@ class Simulation:
             self.self_contact.touched = False
         return self._kick_drift.take_work() + work
 
-    def _touched(self) -> bool:
-        """Return whether there was contact since the last call of `_take_work`."""
-        kinds = (self.contact, self.self_contact)
-        return any(each is not None and each.touched for each in kinds)
-
     def _contact_snapshot(self) -> ContactSnapshot | None:
         return None if self.contact is None else self.contact.snapshot()
 
@@ -364,8 +348,7 @@ class Simulation:
             if contact is not None:
                 contact.pass_by(state, time, seconds)
         if self.self_contact is not None:
-            surfaces = () if contact is None else contact.surfaces(state, time + seconds)
-            self.self_contact.end_part(state, seconds, surfaces)
+            self.self_contact.end_part(state, seconds, contact, time + seconds)
         self.time = time + seconds
 
     def _damped(self, h: float) -> KickDrift:
@@ -384,6 +367,8 @@ class Simulation:
         """Compile the kernels of motion, without contact."""
         self._idle(1)
         max_speed(self.state)
+        if self.self_contact is not None:
+            self.self_contact.warm_up(self.state)
         if self._monitor is not None:
             self._monitor.begin_batch(self.state)
 
@@ -407,6 +392,8 @@ class Simulation:
         return seconds
 
     def warm_up_contact(self) -> None:
-        """Compile the kernels of contact, so that the first contact causes no pause."""
+        """Compile the kernels of contact."""
         assert self.contact is not None
         self.contact.warm_up(self._kick_drift, self.state)
+        if self.self_contact is not None:
+            self.self_contact.warm_up_supports(self.contact.surfaces(self.state, self.time))

@@ -15,10 +15,11 @@ class SelfContactParameters(ParameterGroup):
     prefix: ClassVar[str] = 'self_contact.'
     thickness: float = parameter(
         0.0,
-        'distance of layers that lie on each other; 0: the sheet passes through itself, at no cost',
+        'distance of layers that lie on each other; 0: the sheet passes through itself',
         unit='m',
         low=0,
         high=10.0,
+        fixed=True,
     )
     friction: float = parameter(
         0.3, 'coefficient of Coulomb friction between layers', low=0, high=10

@@ -22,7 +22,11 @@ def _weights_in_triangle(p, q, r, x, i, j, k):  # type: ignore[no-untyped-def]
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
     vx, vy, vz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
     px, py, pz = p - x[i, 0], q - x[i, 1], r - x[i, 2]
-    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    uu, uv, vv = (
+        ux * ux + uy * uy + uz * uz,
+        ux * vx + uy * vy + uz * vz,
+        vx * vx + vy * vy + vz * vz,
+    )
     up, vp = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
     if up <= 0.0 and vp <= 0.0:
         return 1.0, 0.0, 0.0
@@ -49,12 +53,16 @@ def _weights_in_triangle(p, q, r, x, i, j, k):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def _parameters_on_edges(x, i, j, k, l):  # type: ignore[no-untyped-def]
-    """Return where the closest points of two edges are: the weights of j and of l."""
+def _parameters_on_edges(x, i, j, k, h):  # type: ignore[no-untyped-def]
+    """Return where the closest points of two edges are: the weights of j and of h."""
     ux, uy, uz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-    vx, vy, vz = x[l, 0] - x[k, 0], x[l, 1] - x[k, 1], x[l, 2] - x[k, 2]
+    vx, vy, vz = x[h, 0] - x[k, 0], x[h, 1] - x[k, 1], x[h, 2] - x[k, 2]
     rx, ry, rz = x[i, 0] - x[k, 0], x[i, 1] - x[k, 1], x[i, 2] - x[k, 2]
-    uu, vv, uv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+    uu, vv, uv = (
+        ux * ux + uy * uy + uz * uz,
+        vx * vx + vy * vy + vz * vz,
+        ux * vx + uy * vy + uz * vz,
+    )
     ur, vr = ux * rx + uy * ry + uz * rz, vx * rx + vy * ry + vz * rz
     if uu <= 0.0:
         return 0.0, min(max(vr / vv, 0.0), 1.0) if vv > 0.0 else 0.0
@@ -72,7 +80,7 @@ def _parameters_on_edges(x, i, j, k, l):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
+def closest(x, edges, i, j, k, h):  # type: ignore[no-untyped-def]
     """
     Return the distance of a pair of features, the direction and the weights of its particles.
 
@@ -81,8 +89,8 @@ def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
     x
         Positions, m, shape (n, 3), double precision.
     edges
-        True for the edges i j and k l, False for the vertex i and the triangle j k l.
-    i, j, k, l
+        True for the edges i j and k h, False for the vertex i and the triangle j k h.
+    i, j, k, h
         Particles.
 
     Returns
@@ -92,15 +100,15 @@ def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
 
     """
     if edges:
-        s, t = _parameters_on_edges(x, i, j, k, l)
+        s, t = _parameters_on_edges(x, i, j, k, h)
         wi, wj, wk, wl = 1.0 - s, s, t - 1.0, -t
     else:
-        a, b, c = _weights_in_triangle(x[i, 0], x[i, 1], x[i, 2], x, j, k, l)
+        a, b, c = _weights_in_triangle(x[i, 0], x[i, 1], x[i, 2], x, j, k, h)
         wi, wj, wk, wl = 1.0, -a, -b, -c
     # Differences from one particle: those of coordinates far from the origin are more exact.
-    nx = wj * (x[j, 0] - x[i, 0]) + wk * (x[k, 0] - x[i, 0]) + wl * (x[l, 0] - x[i, 0])
-    ny = wj * (x[j, 1] - x[i, 1]) + wk * (x[k, 1] - x[i, 1]) + wl * (x[l, 1] - x[i, 1])
-    nz = wj * (x[j, 2] - x[i, 2]) + wk * (x[k, 2] - x[i, 2]) + wl * (x[l, 2] - x[i, 2])
+    nx = wj * (x[j, 0] - x[i, 0]) + wk * (x[k, 0] - x[i, 0]) + wl * (x[h, 0] - x[i, 0])
+    ny = wj * (x[j, 1] - x[i, 1]) + wk * (x[k, 1] - x[i, 1]) + wl * (x[h, 1] - x[i, 1])
+    nz = wj * (x[j, 2] - x[i, 2]) + wk * (x[k, 2] - x[i, 2]) + wl * (x[h, 2] - x[i, 2])
     d = np.sqrt(nx * nx + ny * ny + nz * nz)
     if d > 0.0:
         nx, ny, nz = nx / d, ny / d, nz / d
@@ -108,7 +116,7 @@ def closest(x, edges, i, j, k, l):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def separation(x, edges, i, j, k, l, nx, ny, nz):  # type: ignore[no-untyped-def]
+def separation(x, edges, i, j, k, h, nx, ny, nz):  # type: ignore[no-untyped-def]
     """
     Return the width, m, of the gap between a pair of features along a unit vector.
 
@@ -116,7 +124,7 @@ def separation(x, edges, i, j, k, l, nx, ny, nz):  # type: ignore[no-untyped-def
     """
     ei = nx * (x[j, 0] - x[i, 0]) + ny * (x[j, 1] - x[i, 1]) + nz * (x[j, 2] - x[i, 2])
     ek = nx * (x[k, 0] - x[i, 0]) + ny * (x[k, 1] - x[i, 1]) + nz * (x[k, 2] - x[i, 2])
-    el = nx * (x[l, 0] - x[i, 0]) + ny * (x[l, 1] - x[i, 1]) + nz * (x[l, 2] - x[i, 2])
+    el = nx * (x[h, 0] - x[i, 0]) + ny * (x[h, 1] - x[i, 1]) + nz * (x[h, 2] - x[i, 2])
     if edges:
         return min(ei, 0.0) - max(ek, el)
     return -max(ei, ek, el)

@@ -73,8 +73,8 @@ def search(  # type: ignore[no-untyped-def]
     vertices
         Number of pairs, at the beginning of the list, of a vertex and a triangle.
     chosen, every
-        Indices of the pairs that are looked at, shape (m,); or True for all of them, and those that
-        are not farther than `margin` from contact are then written to `chosen`.
+        Indices of the pairs that are looked at, shape (m,); or True for all of them, and those
+        that are not farther than `margin` from contact are then written to `chosen`.
     slack
         By how much the gaps may have decreased since they were computed, m.
     again
@@ -101,32 +101,39 @@ def search(  # type: ignore[no-untyped-def]
         p = q if every else np.int64(chosen[q])
         edges = p >= vertices
         rest = EDGES * thickness if edges else thickness
-        i, j, k, l = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-        nx, ny, nz = np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
-        gap = separation(now, edges, i, j, k, l, nx, ny, nz)
+        i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        nx, ny, nz = (
+            np.float64(normals[p, 0]),
+            np.float64(normals[p, 1]),
+            np.float64(normals[p, 2]),
+        )
+        gap = separation(now, edges, i, j, k, h, nx, ny, nz)
         start = np.float64(gaps[p]) - slack
         if again:
-            start = separation(before, edges, i, j, k, l, nx, ny, nz)
+            start = separation(before, edges, i, j, k, h, nx, ny, nz)
         known = min(start, gap) > safe * (1.0 + _ROUNDING)
         apart = rest * (1.0 + _ROUNDING)
-        if known and gap > apart:
-            if (
+        if (
+            known
+            and gap > apart
+            and (
                 gap > REACH * thickness * (1.0 + _ROUNDING)
-                or separation(ahead, edges, i, j, k, l, nx, ny, nz) > apart
-            ):
-                gaps[p] = gap
-                if every and gap <= apart + margin:
-                    chosen[near] = p
-                    near += 1
-                continue
-        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, l)
+                or separation(ahead, edges, i, j, k, h, nx, ny, nz) > apart
+            )
+        ):
+            gaps[p] = gap
+            if every and gap <= apart + margin:
+                chosen[near] = p
+                near += 1
+            continue
+        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
         free = known
         if not free and d > safe * (1.0 + _ROUNDING):
-            free = separation(before, edges, i, j, k, l, nx, ny, nz) > safe * (1.0 + _ROUNDING)
+            free = separation(before, edges, i, j, k, h, nx, ny, nz) > safe * (1.0 + _ROUNDING)
         if not free:
-            d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, l)
+            d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, h)
             least = max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness)
-            free = stays_apart(before, now, edges, i, j, k, l, least)
+            free = stays_apart(before, now, edges, i, j, k, h, least)
             if not free:
                 d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
         if every and d <= apart + margin:
@@ -142,17 +149,17 @@ def search(  # type: ignore[no-untyped-def]
             if d >= rest:
                 if d >= REACH * thickness:
                     continue
-                if closest(ahead, edges, i, j, k, l)[0] >= rest:
+                if closest(ahead, edges, i, j, k, h)[0] >= rest:
                     continue
             # A vertex next to an edge or a corner is in contact with one of the triangles there.
-            if not edges and (wj == 0.0 or wk == 0.0 or wl == 0.0):
-                if _known(last, i, nx, ny, nz, d):
-                    continue
+            beside = not edges and (wj == 0.0 or wk == 0.0 or wl == 0.0)
+            if beside and _known(last, i, nx, ny, nz, d):
+                continue
         else:
             blocked += 1
         if count < len(particles):
             particles[count, 0], particles[count, 1] = i, j
-            particles[count, 2], particles[count, 3] = k, l
+            particles[count, 2], particles[count, 3] = k, h
             contacts[count, WEIGHTS], contacts[count, WEIGHTS + 1] = wi, wj
             contacts[count, WEIGHTS + 2], contacts[count, WEIGHTS + 3] = wk, wl
             contacts[count, NORMAL], contacts[count, NORMAL + 1] = nx, ny

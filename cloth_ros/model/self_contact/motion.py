@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..grid import Array
 from ..kernels.jit import inlined, kernel
 
 # Rounding of sums in single precision.
@@ -49,7 +50,9 @@ def _farthest(first, last, begin, stride, rows, columns, lanes, mean):  # type: 
     return most
 
 
-def farthest(first, last, layout, lanes, mean):  # type: ignore[no-untyped-def]
+def farthest(
+    first: Array, last: Array, layout: tuple[int, ...], lanes: Array, mean: Array
+) -> float:
     """
     Return the greatest displacement of a particle beyond the mean of all, m; NaN if not finite.
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..grid import Array, Grid
@@ -82,8 +80,7 @@ class Neighbours:
 
     def motion(self, before: Array, now: Array) -> float:
         """Return how far particles have moved, m, beyond the mean; NaN if that is not finite."""
-        distance: float = farthest(before, now, self._layout, self._scratch[0], self.mean)
-        return distance
+        return farthest(before, now, self._layout, self._scratch[0], self.mean)
 
     def update(self, before: Array, now: Array) -> bool:
         """
@@ -97,9 +94,7 @@ class Neighbours:
         """
         if self._margin >= 0.0 and 2 * self.motion(self._listed, now) <= self._margin:
             self._bound_edges(now, clear=True)
-            if still_flat(
-                self._edges, *self._tiles, self._flat_distance, self._frame, self._flat
-            ):
+            if still_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat):
                 return False
         self._renew(before, now, self.motion(before, now))
         return True
@@ -155,3 +150,12 @@ class Neighbours:
             if count <= len(self._arrays[edges][0]):
                 return count
             self._arrays[edges] = self._room(int(_GROWTH * count))
+
+    def warm_up(self, position: Array) -> None:
+        """Compile the kernels; the list is empty afterwards."""
+        self.motion(position, position)
+        self._renew(position, position, 0.0)
+        bound_features(*self._points, *self._size, self._feature_bounds)
+        self._find(self._tile_pairs[:0], 0.0, False, 0.0, False)
+        still_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)
+        self.invalidate()

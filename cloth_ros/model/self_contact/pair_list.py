@@ -174,13 +174,13 @@ def _apart(boxes, m, a, n, b, reach):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def _append(out, normals, gaps, count, x, edges, i, j, k, l, reach, motion):  # type: ignore[no-untyped-def]
+def _append(out, normals, gaps, count, x, edges, i, j, k, h, reach, motion):  # type: ignore[no-untyped-def]
     """Append a pair unless it is out of reach; return the number of pairs."""
-    d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, l)
+    d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, h)
     if d > reach:
         return count
     if count < len(out):
-        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, l
+        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, h
         normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
         gaps[count] = d - motion
     return count + 1
@@ -197,19 +197,19 @@ def _pairs_of_cells(  # type: ignore[no-untyped-def]
             for n in range(3):
                 if _apart(boxes, 1 + m, a, 1 + n, b, reach):
                     continue
-                k, l = _edge(b, n, rows, columns)
-                if i != k and i != l and j != k and j != l:
+                k, h = _edge(b, n, rows, columns)
+                if i != k and i != h and j != k and j != h:
                     count = _append(
-                        out, normals, gaps, count, after, True, i, j, k, l, exact_reach, motion
+                        out, normals, gaps, count, after, True, i, j, k, h, exact_reach, motion
                     )
         return count
     for n in range(2):
         if _apart(boxes, 0, a, 4 + n, b, reach):
             continue
-        j, k, l, _ = _triangle(b, n, rows, columns)
-        if a != j and a != k and a != l:
+        j, k, h, _ = _triangle(b, n, rows, columns)
+        if a != j and a != k and a != h:
             count = _append(
-                out, normals, gaps, count, after, False, a, j, k, l, exact_reach, motion
+                out, normals, gaps, count, after, False, a, j, k, h, exact_reach, motion
             )
     return count
 
@@ -262,7 +262,7 @@ def find_pairs(  # type: ignore[no-untyped-def]
                 for q in range(t // across * TILE, min((t // across + 1) * TILE, rows)):
                     for d in range(t % across * TILE, min((t % across + 1) * TILE, columns)):
                         b = q * columns + d
-                        if s == t and b < a or gap_squared(cells, a, cells, b) > reach * reach:
+                        if (s == t and b < a) or gap_squared(cells, a, cells, b) > reach * reach:
                             continue
                         if not edges or a != b:
                             count = _pairs_of_cells(

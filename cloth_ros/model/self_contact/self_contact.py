@@ -18,10 +18,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...scene import Scene
+from ..contact.contact import Contact
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
 from .contact_search import CONTACT, LAST, search
+from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
 from .particle_arrays import add_velocities, load_inverse_masses, load_vectors, store_positions
 from .response import ROW, apply_impulses, push_back, shorten
@@ -69,9 +71,7 @@ class SelfContact:
         self._layout = (grid.begin, grid.stride, grid.columns)
         self._farthest = sheet.diagonal
         number = grid.rows * grid.columns
-        self._neighbours = Neighbours(
-            grid, dtype, self._thickness, 0.5 * sheet.shortest_spacing
-        )
+        self._neighbours = Neighbours(grid, dtype, self._thickness, 0.5 * sheet.shortest_spacing)
         # Flat arrays: positions and velocities at the start of a part; positions when all pairs
         # were looked at, and those expected after the next part.
         self._start, self._start_velocity, self._seen, self._expected = (
@@ -92,6 +92,10 @@ class SelfContact:
         self._contacts: Array = np.zeros((count, CONTACT))
         self._rows: Array = np.zeros((count, ROW))
 
+    def check(self, name: str, positions: Array) -> None:
+        """Refuse positions, m, shape (3, rows, columns), of a sheet that passes through itself."""
+        check_free_of_intersections(name, positions, self._thickness)
+
     def invalidate(self) -> None:
         """Start again from the positions of the next part: they were assigned."""
         self._origin = None
@@ -108,11 +112,13 @@ class SelfContact:
             self._origin = state.origin
             self._neighbours.invalidate()
 
-    def end_part(self, state: State, seconds: float, surfaces: Sequence[Surface]) -> None:
+    def end_part(
+        self, state: State, seconds: float, colliders: Contact | None, time: float
+    ) -> None:
         """
-        Resolve the contact of a sheet at the end of a part of `seconds`.
+        Resolve the contact of a sheet at the end of a part of `seconds`, at a time, s.
 
-        Positions and velocities are changed.  `surfaces` are those of colliders near the sheet.
+        Positions and velocities are changed; colliders may support the sheet.
         """
         near = self._neighbours
         if not near.motion(self._start, state.position) <= self._farthest:
@@ -138,15 +144,20 @@ class SelfContact:
         self.contacts = count
         if count:
             self.touched = True
+            surfaces = () if colliders is None else colliders.surfaces(state, time)
             self._respond(state, count, seconds, surfaces)
 
     def _accept_paths(self, state: State, *, new: bool) -> int:
         """Move back what has passed through the sheet; return the number of contacts."""
         margin = _CALM * self._thickness
-        calm = not new and max(
-            self._neighbours.motion(self._seen, each)
-            for each in (self._start, state.position, self._expected)
-        ) < 0.5 * margin
+        calm = (
+            not new
+            and max(
+                self._neighbours.motion(self._seen, each)
+                for each in (self._start, state.position, self._expected)
+            )
+            < 0.5 * margin
+        )
         if not calm:
             self._seen[...] = state.position
             self._chosen = np.empty(len(self._neighbours.pairs), np.uint32)
@@ -190,15 +201,44 @@ class SelfContact:
     ) -> None:
         load_vectors(state.velocity, *self._layout, self._velocities)
         load_vectors(self._start_velocity, *self._layout, self._former)
-        self._supports[:, :3], self._supports[:, 3] = 0.0, -math.inf
-        for each in surfaces:
-            find_supports(
-                self._now, each.rho, *self._layout, each.kind, each.row, each.fields, seconds,
-                self._supports,
-            )  # fmt: skip
+        self._find_supports(surfaces, seconds)
         apply_impulses(
             self._velocities, self._changes, self._former, self._supports, self._inverse_masses,
             self._particles, self._contacts, count, seconds, self._gravity, self._friction,
             self._rows,
         )  # fmt: skip
         add_velocities(self._changes, *self._layout, state.velocity)
+
+    def _find_supports(self, surfaces: Sequence[Surface], seconds: float) -> None:
+        self._supports[:, :3], self._supports[:, 3] = 0.0, -math.inf
+        for each in surfaces:
+            find_supports(
+                self._now, each.rho, *self._layout, each.kind, each.row, each.fields, seconds,
+                self._supports,
+            )  # fmt: skip
+
+    # Compilation
+
+    def warm_up(self, state: State) -> None:
+        """Compile the kernels, for a state that none of them changes."""
+        self.begin_part(state)
+        self._neighbours.warm_up(state.position)
+        self._search(every=True, again=False, slack=0.0)
+        found = (self._particles, self._contacts, 0)
+        load_inverse_masses(state.mobility, *self._layout, self._inverse_masses)
+        load_vectors(state.position, *self._layout, self._now)
+        push_back(self._now, self._inverse_masses, *found)
+        shorten(self._now, self._now, 1.0, *found)
+        store_positions(self._now, self._inverse_masses, *self._layout, state.position)
+        self._respond(state, 0, 1.0, ())
+        self.check('positions', state.grid.interior(state.position))
+        self.invalidate()
+
+    def warm_up_supports(self, surfaces: Sequence[Surface]) -> None:
+        """Compile the kernel of colliders that support the sheet."""
+        self._find_supports(surfaces, 1.0)
+
+
+def self_contact_of(scene: Scene, grid: Grid, dtype: type) -> SelfContact | None:
+    """Return the self-contact of a scene; None: it has none."""
+    return SelfContact(scene, grid, dtype) if scene.self_contact.thickness > 0 else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 from ..contact.distance import distance_from
 from ..contact.particle_contact import POINT, SLOP, SPIN, VELOCITY
 from ..kernels.jit import exact
