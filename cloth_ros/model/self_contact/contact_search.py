@@ -1,8 +1,8 @@
 """
 Search of a pair list for contacts, and for pairs whose path is not proven to be free.
 
-A pair is in contact if it is nearer than its distance at rest, or if it is nearer than `REACH`
-times the thickness and would be nearer than its distance at rest after the next part.
+A pair is in contact if it is nearer than its distance at rest, or if it is within reach and would
+be nearer than its distance at rest after the next part.
 
 The path of a pair from the last accepted positions is accepted if the pair stays farther apart on
 it than `SAFE` times the thickness, or than half of its distance at the start if that is less.
@@ -19,11 +19,11 @@ from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest, separation
 from .linear_path import stays_apart
 
-# Distance, in thicknesses, within which pairs are in contact before they are too near.
+# Least reach, in thicknesses: within it, pairs are in contact before they are too near.
 REACH = 1.25
 # Distance, in thicknesses, at which two edges rest: layers rest on the vertices, which would press
 # on the edges as well where edges of both layers cross.
-EDGES = 0.75
+EDGES = 0.85
 # Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
 SAFE = 0.25
 # Least distance, in thicknesses, at which a path is accepted.
@@ -57,7 +57,7 @@ def _known(last, i, nx, ny, nz, d):  # type: ignore[no-untyped-def]
 @exact
 def search(  # type: ignore[no-untyped-def]
     before, now, ahead, pairs, normals, gaps, vertices, chosen, every, slack, again, thickness,
-    margin, last, particles, contacts,
+    reach, margin, last, particles, contacts,
 ):  # fmt: skip
     """
     List the contacts of a pair list, and the pairs whose path is not accepted.
@@ -79,7 +79,7 @@ def search(  # type: ignore[no-untyped-def]
         By how much the gaps may have decreased since they were computed, m.
     again
         True for a second search with the same accepted positions, which the gaps are not of.
-    thickness, margin
+    thickness, reach, margin
         m.
     last
         Scratch: shape (n, LAST).
@@ -117,7 +117,7 @@ def search(  # type: ignore[no-untyped-def]
             known
             and gap > apart
             and (
-                gap > REACH * thickness * (1.0 + _ROUNDING)
+                gap > reach * (1.0 + _ROUNDING)
                 or separation(ahead, edges, i, j, k, h, nx, ny, nz) > apart
             )
         ):
@@ -147,7 +147,7 @@ def search(  # type: ignore[no-untyped-def]
             if edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0):
                 continue
             if d >= rest:
-                if d >= REACH * thickness:
+                if d >= reach:
                     continue
                 if closest(ahead, edges, i, j, k, h)[0] >= rest:
                     continue

@@ -15,6 +15,8 @@ from .pair_list import bound_cells, find_near_tiles, gap_squared
 
 # Distance, in thicknesses, at which features touch: their sides cannot be told.
 TOUCHING = 1e-3
+# Share of that distance at which a particle is in the plane of a triangle.
+_COPLANAR = 1e-2
 
 
 @exact_inlined
@@ -27,9 +29,19 @@ def _volume(x, a, b, c, d):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def _pierces(x, p, q, a, b, c):  # type: ignore[no-untyped-def]
-    """Return whether the edge p q passes through the triangle a b c."""
-    if (_volume(x, a, b, c, p) > 0.0) == (_volume(x, a, b, c, q) > 0.0):
+def _pierces(x, p, q, a, b, c, least):  # type: ignore[no-untyped-def]
+    """
+    Return whether the edge p q passes through the triangle a b c, from one side to the other.
+
+    Ends that are hardly off the plane do not count: they touch the triangle, or are beside it.
+    """
+    first, second = _volume(x, a, b, c, p), _volume(x, a, b, c, q)
+    longest = 0.0
+    for axis in range(3):
+        e, f = abs(x[b, axis] - x[a, axis]), abs(x[c, axis] - x[a, axis])
+        longest = max(longest, e, f)
+    flat = _COPLANAR * least * longest * longest
+    if not (min(first, second) < -flat and max(first, second) > flat):
         return False
     side = _volume(x, p, q, a, b) > 0.0
     return side == (_volume(x, p, q, b, c) > 0.0) and side == (_volume(x, p, q, c, a) > 0.0)
@@ -76,7 +88,7 @@ def _touch(x, edges, corners, least):  # type: ignore[no-untyped-def]
                 if p != i and p != j and p != k:
                     if closest(x, False, p, i, j, k)[0] < least:
                         return True
-                    if q != i and q != j and q != k and _pierces(x, p, q, i, j, k):
+                    if q != i and q != j and q != k and _pierces(x, p, q, i, j, k, least):
                         return True
     for m in range(3):
         for e in range(3):

@@ -82,7 +82,7 @@ class Neighbours:
         """Return how far particles have moved, m, beyond the mean; NaN if that is not finite."""
         return farthest(before, now, self._layout, self._scratch[0], self.mean)
 
-    def update(self, before: Array, now: Array) -> bool:
+    def update(self, before: Array, now: Array, ahead: Array, reach: float) -> bool:
         """
         Make the list complete for a linear path; return whether it is a new one.
 
@@ -90,24 +90,32 @@ class Neighbours:
         ----------
         before, now
             Flat arrays of positions, m, which are finite; the list was complete at the first.
+        ahead
+            Those expected after the next part.
+        reach
+            m, within which the pairs at its end are needed.
 
         """
-        if self._margin >= 0.0 and 2 * self.motion(self._listed, now) <= self._margin:
+        more = reach - self._reach
+        if self._margin >= 0.0 and 2 * self.motion(self._listed, now) + more <= self._margin:
             self._bound_edges(now, clear=True)
+            self._bound_edges(ahead, clear=False)
             if still_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat):
                 return False
-        self._renew(before, now, self.motion(before, now))
+        self._renew(before, now, ahead, more)
         return True
 
     def _bound_edges(self, position: Array, *, clear: bool) -> None:
         bound_edges(position, *self._layout, self._scratch[1:], self._edges, clear)
 
-    def _renew(self, before: Array, now: Array, motion: float) -> None:
-        margin = min(max(self._margins[0], _PARTS * motion), self._margins[1])
+    def _renew(self, before: Array, now: Array, ahead: Array, more: float) -> None:
+        motion = self.motion(before, now)
+        margin = more + min(max(self._margins[0], _PARTS * motion), self._margins[1])
         swept = 2 * motion > margin
         self._listed[...] = now
         self._bound_edges(now, clear=True)
         self._bound_edges(before, clear=False)
+        self._bound_edges(ahead, clear=False)
         find_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)
         for field, points in zip((before, now), self._points, strict=True):
             load_vectors(field, *self._layout[:2], self._size[1], points)
@@ -154,7 +162,7 @@ class Neighbours:
     def warm_up(self, position: Array) -> None:
         """Compile the kernels; the list is empty afterwards."""
         self.motion(position, position)
-        self._renew(position, position, 0.0)
+        self._renew(position, position, position, 0.0)
         bound_features(*self._points, *self._size, self._feature_bounds)
         self._find(self._tile_pairs[:0], 0.0, False, 0.0, False)
         still_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)

@@ -22,7 +22,7 @@ from ..contact.contact import Contact
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
-from .contact_search import CONTACT, LAST, search
+from .contact_search import CONTACT, LAST, REACH, search
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
 from .particle_arrays import add_velocities, load_inverse_masses, load_vectors, store_positions
@@ -32,7 +32,7 @@ from .supports import find_supports
 # Share of the thickness by which gravity may press layers together in a part.
 _SAG = 0.03
 # Motion, in thicknesses, up to which only pairs near contact are looked at again.
-_CALM = 0.2
+_CALM = 0.12
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
 _HALVINGS, _ATTEMPTS = 6, 24
@@ -69,7 +69,9 @@ class SelfContact:
         if self._gravity:
             self._longest = math.sqrt(2 * _SAG * self._thickness / self._gravity)
         self._layout = (grid.begin, grid.stride, grid.columns)
-        self._farthest = sheet.diagonal
+        # Longest motion in a part that is resolved, and in which contact is foreseen, m.
+        self._farthest, self._most = sheet.diagonal, 0.5 * sheet.shortest_spacing
+        self._reach = 0.0
         number = grid.rows * grid.columns
         self._neighbours = Neighbours(grid, dtype, self._thickness, 0.5 * sheet.shortest_spacing)
         # Flat arrays: positions and velocities at the start of a part; positions when all pairs
@@ -127,12 +129,18 @@ class SelfContact:
             state.position[...] = self._start + mean[:, None] * state.free
             self.invalidate()
             return
-        new = near.update(self._start, state.position)
+        np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
+        self._expected += state.position
+        approach = 2 * near.motion(state.position, self._expected)
+        if not approach <= self._farthest:
+            approach = self._farthest  # as for NaN
+        self._reach = self._thickness + min(
+            max((REACH - 1) * self._thickness, approach), self._most
+        )
+        new = near.update(self._start, state.position, self._expected, self._reach)
         if len(near.pairs) == 0:
             self.contacts, self.distance = 0, math.inf
             return
-        np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
-        self._expected += state.position
         load_inverse_masses(state.mobility, *self._layout, self._inverse_masses)
         for field, vectors in (
             (self._start, self._before),
@@ -188,7 +196,7 @@ class SelfContact:
             count, blocked, chosen, self.distance = search(
                 self._before, self._now, self._ahead, near.pairs, near.normals, near.gaps,
                 near.vertices, self._chosen, every, slack, again, self._thickness,
-                _CALM * self._thickness, self._last, self._particles, self._contacts,
+                self._reach, _CALM * self._thickness, self._last, self._particles, self._contacts,
             )  # fmt: skip
             if count <= len(self._particles):
                 self._chosen = self._chosen[:chosen]
