@@ -28,7 +28,7 @@ from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
 from .precision import precision_for
-from .self_contact.self_contact import self_contact_of
+from .self_contact.self_contact import pace_of, self_contact_of
 from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
@@ -39,8 +39,7 @@ from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
 MAX_SECONDS = 1e6  # of one advance
-# Substeps whose cost is measured.
-_TIMED = CHECK_INTERVAL
+_TIMED = CHECK_INTERVAL  # substeps whose cost is measured
 # Relative difference of two substep lengths that are made equal: times are rounded, and each
 # other length would need tables of its own.
 _EQUAL = 1e-8
@@ -136,6 +135,7 @@ class Simulation:
             contact=self._contact_snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
+            pace=pace_of(self.self_contact),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -171,7 +171,7 @@ class Simulation:
         self.time = snapshot.time
         self._take_work()
         if self.self_contact is not None:
-            self.self_contact.invalidate()
+            self.self_contact.restart(snapshot.pace)
         if self.contact is not None and snapshot.contact is not None:
             self.contact.restore(snapshot.contact, self.state, exact=exact)
         elif self.contact is not None:
@@ -183,7 +183,7 @@ class Simulation:
             self._monitor.reset()
         self._take_work()
         if self.self_contact is not None:
-            self.self_contact.invalidate()
+            self.self_contact.restart()
         if self.contact is not None:
             if moved:
                 self.contact.respawn(self.state)
@@ -290,6 +290,7 @@ class Simulation:
             self._contact_snapshot(),
             None,  # the account of the monitor is not rolled back
             _NO_INPUTS,
+            pace_of(self.self_contact),
         )
 
     def _roll_back(self) -> None:
@@ -312,15 +313,15 @@ class Simulation:
         """Make so many substeps, and pause after each batch of step control."""
         control = self.step_control
         airspeed = math.hypot(*self._air_velocity)
-        interval = control.check_interval
-        if self.self_contact is not None:
-            interval = self.self_contact.interval(count, h, interval)
         try:
-            for first in range(0, count, interval):
+            while count > 0:
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = min(interval, count - first)
+                part = min(control.check_interval, count)
+                if self.self_contact is not None:
+                    part = self.self_contact.part(count, h, part)
+                count -= part
                 for batch in control.batches(self.state, part, h, division, airspeed):
                     self.substeps += batch.substeps
                     self._apply(kick_drift, steps(batch), batch.substeps * batch.h)

@@ -45,6 +45,8 @@ class Snapshot:
         State of the energy monitor; None if it has not measured yet, or there is none.
     inputs
         Commands that hold for the next advance.
+    pace
+        Of self-contact, see `SelfContact.pace`.
 
     """
 
@@ -58,6 +60,7 @@ class Snapshot:
     contact: ContactSnapshot | None
     account: EnergyAccount | None
     inputs: Inputs
+    pace: tuple[int, int] = (1, 0)
 
     def of_scene(self, scene: Scene) -> Snapshot:
         """

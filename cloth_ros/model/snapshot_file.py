@@ -29,6 +29,7 @@ from .contact.kinematic_path import MAX_WAYPOINTS
 from .energy_monitor import DIVISIONS, EnergyAccount
 from .grid import GHOST, Array, Grid
 from .inputs import Inputs, Pose, Vector
+from .self_contact.self_contact import MAX_DIVISION
 from .snapshot import Snapshot
 
 # The line ends show whether the file was changed as if it were text.
@@ -63,6 +64,7 @@ class _Content(msgspec.Struct, forbid_unknown_fields=True):
     account: EnergyAccount | None
     wind: Vector
     collider_paths: dict[str, tuple[Pose, ...]]
+    pace: tuple[int, int] = (1, 0)
 
 
 class _ArrayData(msgspec.Struct, array_like=True):
@@ -116,6 +118,7 @@ def encode(snapshot: Snapshot) -> bytes:
         snapshot.account,
         inputs.wind,
         dict(inputs.collider_paths),
+        snapshot.pace,
     )
     data = bytearray()
     _encoder.encode_into(content, data, _BEGIN)
@@ -217,6 +220,8 @@ def _snapshot(content: _Content) -> Snapshot:
     if content.account is not None:
         account = content.account
         _check(account.division in DIVISIONS, 'division', account.division)
+    division, free = content.pace
+    _check(1 <= division <= MAX_DIVISION and free >= 0, 'pace', content.pace)
     return Snapshot(
         scene,
         grid,
@@ -228,6 +233,7 @@ def _snapshot(content: _Content) -> Snapshot:
         content.contact,
         content.account,
         _inputs(content, scene),
+        content.pace,
     )
 
 

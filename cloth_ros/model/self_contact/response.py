@@ -33,6 +33,8 @@ _VELOCITY_SWEEPS = 4
 GAIN, LEAST, MASS, PUSHED, DRAGGED, SUPPORTED = 0, 3, 4, 5, 6, 7
 ROW = 8
 _BLOCKED_SWEEPS = 8
+# Share of its distance at the start that a blocked pair keeps.
+_KEPT = 0.7
 
 
 @exact_inlined
@@ -171,7 +173,7 @@ def apply_impulses(  # type: ignore[no-untyped-def]
 
 @exact
 def push_back(now, inverse_masses, particles, contacts, count):  # type: ignore[no-untyped-def]
-    """Move the pairs whose path is not accepted to the sides of each other where they were."""
+    """Move pairs whose path is not accepted back to the sides of each other where they were."""
     for _ in range(_BLOCKED_SWEEPS):
         for c in range(count):
             if contacts[c, BLOCKED] == 0.0:
@@ -185,7 +187,7 @@ def push_back(now, inverse_masses, particles, contacts, count):  # type: ignore[
                 + ny * _relative(now, particles, contacts, c, 1)
                 + nz * _relative(now, particles, contacts, c, 2)
             )
-            missing = min(contacts[c, DISTANCE], contacts[c, REST]) - along
+            missing = _KEPT * min(contacts[c, DISTANCE], _KEPT * contacts[c, REST]) - along
             if missing > 0.0:
                 push = missing / inverse_mass
                 _add(

@@ -37,6 +37,8 @@ _CALM = 0.12
 # which nothing is.
 _HALVINGS, _ATTEMPTS = 6, 24
 _LEAST_ROOM = 256
+# Largest divisor of parts, and parts without a blocked path after which it is halved.
+MAX_DIVISION, _PATIENCE = 16, 16
 
 
 class SelfContact:
@@ -56,6 +58,8 @@ class SelfContact:
         Least distance of a pair, m, of those that were near contact; inf: none was.
     touched
         True if there was contact since it was last set to False.
+    division
+        Divisor of the longest part.
     shortened
         Number of times that paths of particles were shortened.
 
@@ -88,6 +92,7 @@ class SelfContact:
         self._allocate(_LEAST_ROOM)
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
         self._origin: Array | None = None
+        self.division, self._free = 1, 0
 
     def _allocate(self, count: int) -> None:
         self._particles: Array = np.zeros((count, 4), np.uint32)
@@ -98,14 +103,29 @@ class SelfContact:
         """Refuse positions, m, shape (3, rows, columns), of a sheet that passes through itself."""
         check_free_of_intersections(name, positions, self._thickness)
 
-    def invalidate(self) -> None:
-        """Start again from the positions of the next part: they were assigned."""
+    def restart(self, pace: tuple[int, int] = (1, 0)) -> None:
+        """Start again from the positions of the next part, which were assigned, at a pace."""
         self._origin = None
+        self.division, self._free = pace
 
-    def interval(self, count: int, h: float, most: int) -> int:
-        """Return the length of equal parts, at most `most`, of a number of substeps of `h` s."""
-        parts = max(math.ceil(count / most), math.ceil(count * h / self._longest), 1)
+    def part(self, count: int, h: float, most: int) -> int:
+        """Return how many of the next `count` substeps of `h` s make a part, at most `most`."""
+        longest = self._longest / self.division
+        parts = max(math.ceil(count / most), math.ceil(min(count * h / longest, count)), 1)
         return math.ceil(count / parts)
+
+    @property
+    def pace(self) -> tuple[int, int]:
+        """Divisor of parts, and parts in a row in which no path was blocked."""
+        return self.division, self._free
+
+    def _adapt(self, *, blocked: bool) -> None:
+        """Divide parts further where paths were blocked: to move particles back adds energy."""
+        self._free = 0 if blocked else self._free + 1
+        if blocked:
+            self.division = min(2 * self.division, MAX_DIVISION)
+        elif self._free >= _PATIENCE and self.division > 1:
+            self.division, self._free = self.division // 2, 0
 
     def begin_part(self, state: State) -> None:
         """Note the state at the start of a part, which is accepted."""
@@ -127,7 +147,7 @@ class SelfContact:
             # Too far, or not finite: the sheet stays as it was, and moves as a whole at most.
             mean = np.where(np.isfinite(near.mean), near.mean, 0.0).astype(state.dtype)
             state.position[...] = self._start + mean[:, None] * state.free
-            self.invalidate()
+            self._origin = None
             return
         np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
         self._expected += state.position
@@ -140,6 +160,7 @@ class SelfContact:
         new = near.update(self._start, state.position, self._expected, self._reach)
         if len(near.pairs) == 0:
             self.contacts, self.distance = 0, math.inf
+            self._adapt(blocked=False)
             return
         load_inverse_masses(state.mobility, *self._layout, self._inverse_masses)
         for field, vectors in (
@@ -170,6 +191,7 @@ class SelfContact:
             self._seen[...] = state.position
             self._chosen = np.empty(len(self._neighbours.pairs), np.uint32)
         count, blocked = self._search(every=not calm, again=False, slack=0.0 if new else margin)
+        self._adapt(blocked=blocked > 0)
         attempt = 0
         while blocked and attempt <= _ATTEMPTS:
             found = (self._particles, self._contacts, count)
@@ -240,7 +262,7 @@ class SelfContact:
         store_positions(self._now, self._inverse_masses, *self._layout, state.position)
         self._respond(state, 0, 1.0, ())
         self.check('positions', state.grid.interior(state.position))
-        self.invalidate()
+        self._origin = None
 
     def warm_up_supports(self, surfaces: Sequence[Surface]) -> None:
         """Compile the kernel of colliders that support the sheet."""
@@ -250,3 +272,8 @@ class SelfContact:
 def self_contact_of(scene: Scene, grid: Grid, dtype: type) -> SelfContact | None:
     """Return the self-contact of a scene; None: it has none."""
     return SelfContact(scene, grid, dtype) if scene.self_contact.thickness > 0 else None
+
+
+def pace_of(self_contact: SelfContact | None) -> tuple[int, int]:
+    """Return the pace of a self-contact; that of a scene without one is constant."""
+    return (1, 0) if self_contact is None else self_contact.pace

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 from builders import masses, scene_of
-from layers import folded
 
+from bench.layers import folded
 from cloth_ros import Cloth
 
 TICK = 1 / 60

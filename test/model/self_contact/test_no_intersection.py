@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from builders import scene_of
-from layers import folded, twisted
 from self_intersection import intersecting_edges
 
+from bench.layers import folded, twisted
 from cloth_ros import Cloth
 
 TICK = 1 / 60

@@ -51,3 +51,20 @@ def twisted(rows: int, columns: int, size: tuple[float, float], turns: float) ->
     positions[..., 0] = 0.5 * size[0] * x
     positions[..., 1], positions[..., 2] = across * np.cos(angle), across * np.sin(angle)
     return positions
+
+
+def folded_again(positions: Array, thickness: float) -> Array:
+    """
+    Return a folded sheet that lies on z = 0, folded once more, about an axis along x.
+
+    Its highest parts are bent most, and keep twice the thickness, m, from each other.
+    """
+    x, y, z = np.moveaxis(positions, -1, 0)
+    radius = z.max() + thickness
+    middle = 0.5 * (y.min() + y.max())
+    # Without stretch at the height of one thickness.
+    flat = middle - 0.5 * np.pi * (radius - thickness)
+    angle = np.clip((y - flat) / (radius - thickness), 0.0, np.pi)
+    beyond = np.maximum(y - flat - np.pi * (radius - thickness), 0.0)
+    around = np.minimum(y, flat) - beyond + (radius - z) * np.sin(angle)
+    return np.stack([x, around, radius - (radius - z) * np.cos(angle)], axis=-1)
