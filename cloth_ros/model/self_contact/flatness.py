@@ -136,8 +136,13 @@ def find_flat(edges, down, across, least, frame, flat):  # type: ignore[no-untyp
     flat
         Receives 1 for a flat block, else 0; shape (tiles,).
 
+    Returns
+    -------
+    float
+        By how much the distances in flat blocks exceed `least` everywhere, m.
+
     """
-    box = np.empty((2, 6))
+    box, slack = np.empty((2, 6)), np.inf
     for tile in range(down * across):
         _block(edges, tile, down, across, box)
         ux, uy, uz = box[0, 0] + box[0, 3], box[0, 1] + box[0, 4], box[0, 2] + box[0, 5]
@@ -154,17 +159,22 @@ def find_flat(edges, down, across, least, frame, flat):  # type: ignore[no-untyp
             continue
         frame[tile, 0], frame[tile, 1], frame[tile, 2] = ux, uy, uz
         frame[tile, 3], frame[tile, 4], frame[tile, 5] = vx / length, vy / length, vz / length
-        if _least_distance(box, frame, tile) > least:
+        distance = _least_distance(box, frame, tile)
+        if distance > least:
             flat[tile] = 1
+            slack = min(slack, distance - least)
+    return slack
 
 
 @exact
 def still_flat(edges, down, across, least, frame, flat):  # type: ignore[no-untyped-def]
-    """Return whether all tiles that `find_flat` has marked are flat along the same vectors."""
-    box = np.empty((2, 6))
+    """Return the same for tiles that `find_flat` has marked; negative if one is not flat now."""
+    box, slack = np.empty((2, 6)), np.inf
     for tile in range(down * across):
         if flat[tile]:
             _block(edges, tile, down, across, box)
-            if not _least_distance(box, frame, tile) > least:
-                return False
-    return True
+            distance = _least_distance(box, frame, tile) - least
+            if not distance > 0.0:
+                return -1.0
+            slack = min(slack, distance)
+    return slack

@@ -58,6 +58,9 @@ class Neighbours:
         self._tile_pairs: Array = np.empty((_LEAST_ROOM, 2), np.int64)
         # Positions at which the list was made.
         self._listed = grid.field(dtype)
+        # And when flat parts were last found to be so, with the slack that they had, m.
+        self._examined, self._slack = grid.field(dtype), 0.0
+        self._still = grid.field(dtype)
         self._scratch: Array = np.empty((3, columns), dtype)
         self.mean = np.zeros(3)
         self._points = np.zeros((2, rows * columns, 3))
@@ -82,6 +85,30 @@ class Neighbours:
         """Return how far particles have moved, m, beyond the mean; NaN if that is not finite."""
         return farthest(before, now, self._layout, self._scratch[0], self.mean)
 
+    def speed(self, velocity: Array) -> float:
+        """Return the greatest speed of a particle, m/s, apart from the mean velocity."""
+        return self.motion(self._still, velocity)
+
+    def stays_empty(self, now: Array, ahead: float, reach: float) -> bool:
+        """
+        Return True only if the list is empty, and complete as it is, by a quick test.
+
+        Parameters
+        ----------
+        now
+            Flat array of positions, m.
+        ahead
+            How far particles may move in the next part, m, apart from the mean.
+        reach
+            As in `update`.
+
+        """
+        if len(self.pairs) or self._margin < 0.0:
+            return False
+        if not 2 * self.motion(self._listed, now) + reach - self._reach <= self._margin:
+            return False
+        return 2 * (self.motion(self._examined, now) + ahead) < self._slack
+
     def update(self, before: Array, now: Array, ahead: Array, reach: float) -> bool:
         """
         Make the list complete for a linear path; return whether it is a new one.
@@ -100,7 +127,11 @@ class Neighbours:
         if self._margin >= 0.0 and 2 * self.motion(self._listed, now) + more <= self._margin:
             self._bound_edges(now, clear=True)
             self._bound_edges(ahead, clear=False)
-            if still_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat):
+            slack = still_flat(
+                self._edges, *self._tiles, self._flat_distance, self._frame, self._flat
+            )
+            if slack > 0.0:
+                self._examined[...], self._slack = now, slack
                 return False
         self._renew(before, now, ahead, more)
         return True
@@ -116,7 +147,10 @@ class Neighbours:
         self._bound_edges(now, clear=True)
         self._bound_edges(before, clear=False)
         self._bound_edges(ahead, clear=False)
-        find_flat(self._edges, *self._tiles, self._flat_distance, self._frame, self._flat)
+        self._examined[...] = now
+        self._slack = find_flat(
+            self._edges, *self._tiles, self._flat_distance, self._frame, self._flat
+        )
         for field, points in zip((before, now), self._points, strict=True):
             load_vectors(field, *self._layout[:2], self._size[1], points)
         path = (self._points[0] if swept else self._points[1], self._points[1])

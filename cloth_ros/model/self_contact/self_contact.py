@@ -143,6 +143,15 @@ class SelfContact:
         Positions and velocities are changed; colliders may support the sheet.
         """
         near = self._neighbours
+        ahead = seconds * near.speed(state.velocity)
+        if not ahead <= self._farthest:
+            ahead = self._farthest  # as for NaN
+        self._reach = self._thickness + min(
+            max((REACH - 1) * self._thickness, 2 * ahead), self._most
+        )
+        if near.stays_empty(state.position, ahead, self._reach):
+            self._note_no_contact()
+            return
         if not near.motion(self._start, state.position) <= self._farthest:
             # Too far, or not finite: the sheet stays as it was, and moves as a whole at most.
             mean = np.where(np.isfinite(near.mean), near.mean, 0.0).astype(state.dtype)
@@ -151,16 +160,9 @@ class SelfContact:
             return
         np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
         self._expected += state.position
-        approach = 2 * near.motion(state.position, self._expected)
-        if not approach <= self._farthest:
-            approach = self._farthest  # as for NaN
-        self._reach = self._thickness + min(
-            max((REACH - 1) * self._thickness, approach), self._most
-        )
         new = near.update(self._start, state.position, self._expected, self._reach)
         if len(near.pairs) == 0:
-            self.contacts, self.distance = 0, math.inf
-            self._adapt(blocked=False)
+            self._note_no_contact()
             return
         load_inverse_masses(state.mobility, *self._layout, self._inverse_masses)
         for field, vectors in (
@@ -175,6 +177,10 @@ class SelfContact:
             self.touched = True
             surfaces = () if colliders is None else colliders.surfaces(state, time)
             self._respond(state, count, seconds, surfaces)
+
+    def _note_no_contact(self) -> None:
+        self.contacts, self.distance = 0, math.inf
+        self._adapt(blocked=False)
 
     def _accept_paths(self, state: State, *, new: bool) -> int:
         """Move back what has passed through the sheet; return the number of contacts."""
