@@ -51,6 +51,8 @@ def _small(scene: Scene) -> Scene:
             'wind.air_density': min(wind.air_density, 1.0),
             'wind.drag_coefficient': min(wind.drag_coefficient, 1.0),
             'wind.gust.period': 0.0,
+            'self_contact.thickness': min(scene.self_contact.thickness, 0.1) and 0.1,
+            'solver.overload': 'slow_motion',
         }
     )
 

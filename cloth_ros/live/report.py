@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..model import Cloth
 from ..model.contact.collider import Collider
 from ..model.energy_monitor import RollbackCounts
+from ..model.self_contact.self_contact import SelfContact
 from ..model.time_step import integrator_for
 
 
@@ -53,6 +54,17 @@ def contact_values(colliders: Mapping[str, Collider]) -> dict[str, object]:
     return values
 
 
+def self_contact_values(self_contact: SelfContact | None) -> dict[str, object]:
+    """Return values of the contact of the sheet with itself; empty: the scene has none."""
+    if self_contact is None:
+        return {}
+    return {
+        'self-contact pairs': self_contact.contacts,
+        'self-contact distance [m]': self_contact.distance,
+        'self-contact shortened paths': self_contact.shortened,
+    }
+
+
 def measured_values(cloth: Cloth, load: float, error: Mapping[str, object]) -> dict[str, object]:
     """
     Return measured values by name and unit; takes as long as some substeps.
@@ -85,5 +97,6 @@ def measured_values(cloth: Cloth, load: float, error: Mapping[str, object]) -> d
         'sphere penetration [m]': cloth.sphere_depth,
         **contact_values(cloth.colliders),
         **{f'{name} held particles': len(each.held) for name, each in cloth.grippers.items()},
+        **self_contact_values(cloth.self_contact),
         **{f'substep batches {how}': count for how, count in vars(cloth.rollbacks).items()},
     }

@@ -19,6 +19,7 @@ from .grid import Array, to_grid_copy
 from .grippers.gripper import Gripper
 from .inputs import Inputs, Vector, inputs_for
 from .scene_check import check_change, check_scene
+from .self_contact.self_contact import SelfContact
 from .simulation import MAX_SECONDS, Simulation
 from .snapshot import Snapshot
 from .step_control import AdaptiveStepControl, StepControl
@@ -266,8 +267,9 @@ class Cloth:
 
     @positions.setter
     def positions(self, value: Array) -> None:
-        state = self._simulation.state
-        state.world_positions = state.grid.checked('positions', value)
+        positions = self._simulation.state.grid.checked('positions', value)
+        self._simulation.interactions.check('positions', positions)
+        self._simulation.state.world_positions = positions
         self._simulation.accept_assigned_state(moved=True)
 
     @property
@@ -298,17 +300,17 @@ class Cloth:
         """Colliders of the scene by name, for reading; `move_collider` moves them."""
         return self._commands.colliders
 
+    @property
+    def self_contact(self) -> SelfContact | None:
+        """Contact of the sheet with itself, for reading; None: the scene has none."""
+        return self._simulation.interactions.self_contact
+
     def contact_wrench(self, name: str) -> tuple[Vector, Vector]:
         """
         Return the force, N, and the torque about its origin, N m, of the cloth on a collider.
 
-        Both are means over the last advance, along the axes of the world.
-
-        Raises
-        ------
-        ValueError
-            There is no collider of this name.
-
+        Both are means over the last advance, along the axes of the world.  Raises ValueError if
+        there is no collider of this name.
         """
         return self._commands.collider(name).wrench(self.scene.sheet.cell_mass)
 
@@ -324,14 +326,13 @@ class Cloth:
     @property
     def sphere_position(self) -> Vector:
         """Centre of the sphere now, m; `sphere.position` of the scene if it has none."""
-        known = 'sphere' in self.colliders
-        return self.colliders['sphere'].position if known else self.scene.sphere.position
+        return self.colliders.get('sphere', self.scene.sphere).position
 
     @property
     def sphere_radius(self) -> float:
         """Radius of the sphere now, m: one that was placed inside the sheet grows to its own."""
-        known = 'sphere' in self.colliders
-        return self.scene.sphere.radius - self.colliders['sphere'].inset if known else 0.0
+        sphere = self.colliders.get('sphere')
+        return 0.0 if sphere is None else self.scene.sphere.radius - sphere.inset
 
     @property
     def sphere_depth(self) -> float:
@@ -340,7 +341,7 @@ class Cloth:
 
     def contact_possible(self, seconds: float) -> bool:
         """Return False if no collider can reach the sheet within `seconds` of the next advance."""
-        contact, state = self._simulation.contact, self._simulation.state
+        contact, state = self._simulation.interactions.contact, self._simulation.state
         return contact is not None and contact.contact_possible(state, seconds, self.inputs)
 
     # Energy and accuracy
@@ -390,7 +391,7 @@ class Cloth:
         if 'motion' in kinds:
             yield 'motion'
             self._simulation.warm_up()
-        if 'contact' in kinds and self._simulation.contact is not None:
+        if 'contact' in kinds and self._simulation.interactions.contact is not None:
             yield 'contact'
             self._simulation.warm_up_contact()
 

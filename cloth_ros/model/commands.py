@@ -49,13 +49,13 @@ class Commands:
     @property
     def colliders(self) -> Mapping[str, RigidCollider]:
         """The colliders by name."""
-        contact = self._simulation.contact
+        contact = self._simulation.interactions.contact
         return {} if contact is None else contact.colliders
 
     @property
     def grippers(self) -> Mapping[str, Gripper]:
         """The grippers by name."""
-        grippers = self._simulation.grippers
+        grippers = self._simulation.interactions.grippers
         return {} if grippers is None else grippers.by_name
 
     def collider(self, name: str) -> RigidCollider:
@@ -109,5 +109,5 @@ class Commands:
         """Return how many particles a gripper will hold after commands."""
         self.gripper(name)
         simulation = self._simulation
-        assert simulation.grippers is not None
-        return simulation.grippers.preview(name, inputs.grips, simulation.state)
+        assert simulation.interactions.grippers is not None
+        return simulation.interactions.grippers.preview(name, inputs.grips, simulation.state)

@@ -11,22 +11,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
 from ..scene import Scene
-from .contact.contact import Contact
 from .contact.interfaces import Observer
 from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
 from .grid import Array, Grid, flat_sheet
-from .grippers.grippers import Grippers
 from .inputs import Inputs, Vector
 from .integrators import Integrator
 from .integrators.damped_euler import DampedEuler
 from .integrators.integrator import Step, SubstepBatch
 from .integrators.kick_drift import KickDrift
+from .interactions import Interactions
 from .precision import precision_for
 from .snapshot import Snapshot
 from .stability import rate_bounds
@@ -72,10 +70,8 @@ class Simulation:
     ----------
     state, time
         Particles, and simulated time, s.
-    contact
-        Contact with the colliders; None: the scene has none.
-    grippers
-        None: the scene has none.
+    interactions
+        What acts on the sheet besides the forces of the integrator.
     substeps
         Number of substeps of the last advance.
     work
@@ -100,17 +96,10 @@ class Simulation:
         self.state.pin(pinned)
         self.time = self.work = 0.0
         self.substeps = 0
-        colliders = scene.all_colliders()
-        self.contact = Contact(scene, self.grid, dtype) if colliders else None
-        self._shapes: dict[str, Any] = {}
-        if self.contact is not None:
-            self._shapes = {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
-        self.grippers: Grippers | None = None
-        if scene.grippers:
-            self.grippers = self._shapes['grippers'] = Grippers(scene, self.grid)
+        self.interactions = Interactions(scene, self.grid, dtype)
         self._gusts = Gusts(scene.wind.gust) if scene.wind.gust.period > 0 else None
         self._air_velocity: Vector = (0.0, 0.0, 0.0)
-        self._kick_drift = KickDrift(scene, self.grid, dtype, **self._shapes)
+        self._kick_drift = KickDrift(scene, self.grid, dtype, **self.interactions.in_kernel)
         self._integrator: type[Integrator] = integrator_for(scene)
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
@@ -141,11 +130,10 @@ class Simulation:
             velocity=velocity,
             time=self.time,
             work=self.work,
-            contact=None if self.contact is None else self.contact.snapshot(),
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
-            grippers=None if self.grippers is None else self.grippers.snapshot(),
             steps=self.step_control.account(),
+            **self.interactions.snapshot(),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -157,11 +145,12 @@ class Simulation:
         resample = snapshot.grid != self.grid
         if resample:
             snapshot = snapshot.resampled(self.scene)
+        self.interactions.check('the state', self.grid.interior(snapshot.position))
         exact = snapshot.scene == self.scene and snapshot.position.dtype == self.state.dtype
         self._restore_motion(snapshot, exact=exact and not resample)
         self.work, self.substeps = snapshot.work, 0
-        if self.contact is not None and resample:
-            self.contact.respawn(self.state)
+        if resample and self.interactions.contact is not None:
+            self.interactions.contact.respawn(self.state)
         self.state.velocity *= self.state.free
         if self._monitor is not None:
             self._monitor.restore(snapshot.account if exact and not resample else None)
@@ -179,12 +168,7 @@ class Simulation:
             interior(velocity)[...] = interior(snapshot.velocity)
         self.time = snapshot.time
         self._take_work()
-        if self.grippers is not None:
-            self.grippers.restore(snapshot.grippers or {}, self.state)
-        if self.contact is not None and snapshot.contact is not None:
-            self.contact.restore(snapshot.contact, self.state, exact=exact)
-        elif self.contact is not None:
-            self.contact.respawn(self.state)
+        self.interactions.restore(snapshot, self.state, exact=exact)
 
     def accept_assigned_state(self, *, moved: bool) -> None:
         """Continue from a state whose velocities, and if `moved` positions, were assigned."""
@@ -192,13 +176,7 @@ class Simulation:
             self._monitor.reset()
         self.step_control.restore(None)
         self._take_work()
-        if self.grippers is not None and moved:
-            self.grippers.place(self.state)
-        if self.contact is not None:
-            if moved:
-                self.contact.respawn(self.state)
-            else:
-                self.contact.invalidate()
+        self.interactions.accept_assigned_state(self.state, moved=moved)
 
     # Advance
 
@@ -216,10 +194,7 @@ class Simulation:
         """Advance, and pause after each batch; see `Cloth.advance_stepwise`."""
         if self.time + seconds == self.time:  # zero, or less than the resolution of time
             return
-        if self.grippers is not None:
-            self.grippers.begin_advance(self.state, self.time, seconds, inputs)
-        if self.contact is not None:
-            self.contact.begin_advance(self.state, self.time, seconds, inputs)
+        self.interactions.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
         end, tick = self.time + seconds, 1 / self.scene.rate
         self.step_control.begin(self.state, self.time)
@@ -238,14 +213,10 @@ class Simulation:
             for first in range(0, count, BATCH):
                 substeps = min(BATCH, count - first)
                 yield from self._batch(substeps, h)
-                if self.grippers is not None:
-                    self.grippers.slip(self.state, substeps * h)
+                self.interactions.end_batch(self.state, substeps * h)
             self.time = change
             self.step_control.adapt(self.state, change)
-        if self.contact is not None:
-            self.contact.end_advance(self.state)
-        if self.grippers is not None:
-            self.grippers.end_advance()
+        self.interactions.end_advance(self.state)
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
         """Make so many substeps; repeat them as `energy_monitor` says if they are rejected."""
@@ -257,7 +228,7 @@ class Simulation:
         self._save_batch_start()
         while True:
             yield from self._run(self._kick_drift, steps, count, h, monitor.division)
-            touched = self.contact is not None and self.contact.touched
+            touched = self.interactions.touched
             work = self._take_work()
             if self._accept(monitor, work, touched=touched):
                 return
@@ -308,10 +279,7 @@ class Simulation:
 
     def _take_work(self) -> float:
         """Return the work of air, colliders and grippers since the last call, J; inf: unknown."""
-        work = 0.0 if self.contact is None else self.contact.take_work()
-        if self.grippers is not None:
-            work += self.grippers.take_work()
-        return self._kick_drift.take_work() + work
+        return self._kick_drift.take_work() + self.interactions.take_work()
 
     def _run(
         self, kick_drift: KickDrift, steps: Steps, count: int, h: float, division: int
@@ -320,11 +288,12 @@ class Simulation:
         control = self.step_control
         airspeed = math.hypot(*self._air_velocity)
         try:
-            for first in range(0, count, control.check_interval):
+            while count > 0:
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = min(control.check_interval, count - first)
+                part = self.interactions.part(count, h, control.check_interval)
+                count -= part
                 for batch in control.batches(self.state, part, h, division, airspeed):
                     self.substeps += batch.substeps
                     self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
@@ -335,25 +304,11 @@ class Simulation:
             raise
 
     def _apply(self, kick_drift: KickDrift, steps: tuple[Step, ...], seconds: float) -> None:
-        """Make kicks and drifts that last for `seconds`, with contact where that is possible."""
-        state, air_velocity, observer = self.state, self._air_velocity, self._observer
-        contact, grippers, time = self.contact, self.grippers, self.time
-        if grippers is not None:
-            grippers.begin_steps(state, time)
-        if contact is not None and contact.may_act(state, seconds):
-            contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
-        else:
-            # An observer receives every step.
-            for part in (steps,) if observer is None else [(step,) for step in steps]:
-                kick_drift.apply(state, part, air_velocity)
-                if observer is not None:
-                    observer.after_drift(state, part[0], air_velocity)
-                    observer.after_contact(state, part[0])
-            if contact is not None:
-                contact.pass_by(state, time, seconds)
-        self.time = time + seconds
-        if grippers is not None:
-            grippers.end_steps()
+        """Make kicks and drifts that last for `seconds`, with all that acts on the sheet."""
+        self.interactions.apply(
+            kick_drift, self.state, steps, seconds, self._air_velocity, self.time, self._observer
+        )
+        self.time += seconds
 
     def _damped(self, h: float) -> KickDrift:
         """
@@ -363,7 +318,9 @@ class Simulation:
         """
         elastic, _ = rate_bounds(self.scene)
         drag = DampedEuler.drag(h / (DAMPED_DIVISION * self.step_control.division), elastic)
-        return KickDrift(self.scene, self.grid, self.state.dtype, extra_drag=drag, **self._shapes)
+        return KickDrift(
+            self.scene, self.grid, self.state.dtype, extra_drag=drag, **self.interactions.in_kernel
+        )
 
     # Compilation
 
@@ -372,6 +329,7 @@ class Simulation:
         self.step_control.begin(self.state, self.time)
         self._idle(1)
         max_speed(self.state)
+        self.interactions.warm_up(self.state)
         if self._monitor is not None:
             self._monitor.begin_batch(self.state)
 
@@ -390,5 +348,4 @@ class Simulation:
 
     def warm_up_contact(self) -> None:
         """Compile the kernels of contact, so that the first contact causes no pause."""
-        assert self.contact is not None
-        self.contact.warm_up(self._kick_drift, self.state)
+        self.interactions.warm_up_contact(self._kick_drift, self.state, self.time)

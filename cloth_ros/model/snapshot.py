@@ -51,6 +51,8 @@ class Snapshot:
         Snapshots of the grippers by name; None: the scene has none.
     steps
         State of the step control; None: it has none.
+    pace
+        Of self-contact, see `SelfContact.pace`.
 
     """
 
@@ -66,6 +68,7 @@ class Snapshot:
     inputs: Inputs
     grippers: GrippersSnapshot | None = None
     steps: StepAccount | None = None
+    pace: tuple[int, int] = (1, 0)
 
     def of_scene(self, scene: Scene) -> Snapshot:
         """

@@ -30,6 +30,7 @@ from .grid import GHOST, Array, Grid
 from .grippers.gripper import GripperSnapshot
 from .inputs import Inputs, Pose, Vector
 from .kinematic_path import MAX_WAYPOINTS
+from .self_contact.self_contact import MAX_DIVISION
 from .snapshot import Snapshot
 from .step_control import StepAccount
 
@@ -70,6 +71,7 @@ class _Content(msgspec.Struct, forbid_unknown_fields=True):
     grips: tuple[tuple[str, bool], ...] = ()
     grippers: dict[str, GripperSnapshot] | None = None
     steps: StepAccount | None = None
+    pace: tuple[int, int] = (1, 0)
 
 
 class _ArrayData(msgspec.Struct, array_like=True):
@@ -128,6 +130,7 @@ def encode(snapshot: Snapshot) -> bytes:
         inputs.grips,
         None if snapshot.grippers is None else dict(snapshot.grippers),
         snapshot.steps,
+        snapshot.pace,
     )
     data = bytearray()
     _encoder.encode_into(content, data, _BEGIN)
@@ -237,6 +240,8 @@ def _snapshot(content: _Content) -> Snapshot:
         _check(least < steps.substep < most, 'the length of substeps', steps.substep)
         _check(least < steps.longest, 'the longest substep', steps.longest)
         _check(steps.patience > 0, 'patience', steps.patience)
+    division, free = content.pace
+    _check(1 <= division <= MAX_DIVISION and free >= 0, 'pace', content.pace)
     return Snapshot(
         scene,
         grid,
@@ -250,6 +255,7 @@ def _snapshot(content: _Content) -> Snapshot:
         _inputs(content, scene),
         content.grippers,
         content.steps,
+        content.pace,
     )
 
 

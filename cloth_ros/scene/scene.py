@@ -24,6 +24,7 @@ from .node_groups import Markers, Particles, SavedState, SimulationClock
 from .parameter import ParameterGroup, invalid_value_error, parameter, register
 from .particle_selection import pinned_particles
 from .quaternion import IDENTITY, Quaternion
+from .self_contact import SelfContactParameters
 from .wind import Wind
 
 Vector = tuple[float, float, float]
@@ -199,6 +200,7 @@ class Scene(ParameterGroup):
     sphere: Sphere = field(default_factory=Sphere)
     collider: Colliders = field(default_factory=Colliders)
     gripper: Grippers = field(default_factory=Grippers)
+    self_contact: SelfContactParameters = field(default_factory=SelfContactParameters)
     solver: Solver = field(default_factory=Solver)
     particles: Particles = field(default_factory=Particles)
     markers: Markers = field(default_factory=Markers)

@@ -99,7 +99,7 @@ def test_a_cloth_is_damped_or_held_for_a_batch_where_nothing_else_helps(fails, m
     if fails == 'integrator':
         monkeypatch.setattr(cloth._simulation, '_integrator', FailingIntegrator)
     if fails == 'contact':
-        contact = cloth._simulation.contact
+        contact = cloth._simulation.interactions.contact
         monkeypatch.setattr(contact, 'act', lambda _, state, *rest: state.velocity.fill(np.inf))
         monkeypatch.setattr(contact, 'may_act', lambda state, seconds: True)
     cloth.advance(1 / 60)

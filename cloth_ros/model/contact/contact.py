@@ -34,6 +34,7 @@ from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
 from .rigid_collider import RigidCollider
 from .substep_contact import SubstepContact
+from .surface import Surface
 from .triangle_substep import TriangleSubstep
 
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
@@ -77,7 +78,8 @@ class Contact:
         self.colliders = {each.name: each for each in colliders}
         self.kinds = frozenset([each.kind for each in colliders])
         self.touched = False
-        fields, pinned = MeshFields(colliders, dtype), scene.pinned()
+        self._fields = fields = MeshFields(colliders, dtype)
+        pinned = scene.pinned()
         self._gravity = math.hypot(*scene.gravity)
         self._particles = ParticleBatch(
             grid, dtype, self._rho, self._gravity, pinned, colliders, fields
@@ -239,6 +241,14 @@ class Contact:
             if each not in self._near and not each.clearance >= 0:  # as for NaN
                 each.placed = True
                 self._fit(each, state)
+
+    def surfaces(self, state: State, time: float) -> list[Surface]:
+        """Return the surfaces at a time, s, of the colliders that were near in the last batch."""
+        rho, times = self._particles.rho, np.array([time, time])
+        return [
+            Surface(each.kind, each.rows(state.origin, times)[0], self._fields.of(each), rho)
+            for each in self._near
+        ]
 
     # By particles
 

@@ -221,6 +221,15 @@ def exact_subroutine(function: Kernel) -> Kernel:
     return _part(function)
 
 
+def exact_inlined(function: Kernel) -> Kernel:
+    """
+    Compile a part of a kernel with IEEE arithmetic that is always inlined.
+
+    To pass arrays to a subroutine takes some 20 ns, longer than small ones run.
+    """
+    return _part(function, forceinline=True)
+
+
 def reduction(function: Kernel) -> Kernel:
     """
     Compile a subroutine of minima and maxima.

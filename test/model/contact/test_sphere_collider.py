@@ -129,7 +129,7 @@ def test_a_sphere_placed_in_the_sheet_grows_and_throws_nothing(precision, roll_b
 def test_a_distant_sphere_acts_only_while_it_grows():
     cloth = sphere_cloth(0.1, 0, 0, 2.0)
     cloth.advance(0.01)
-    contact, state = cloth._simulation.contact, cloth._simulation.state
+    contact, state = cloth._simulation.interactions.contact, cloth._simulation.state
     assert not contact.may_act(state, 1e-3)
     contact.colliders['sphere'].inset = 0.05
     assert contact.may_act(state, 1e-3)

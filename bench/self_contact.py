@@ -1,0 +1,99 @@
+"""
+Cost of the contact of a sheet with itself: ``python -m bench.self_contact``.
+
+A towel of 0.6 m hangs, or lies flat on a table, with self-contact, which is not needed there, and
+without; or lies on the table folded into four layers.  Prints Markdown: milliseconds of processor
+time of one thread for a tick of 1/60 s, median, and the real-time factor that this gives.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+
+from cloth_ros import Cloth, Scene
+from cloth_ros.tradeoff.formatting import table
+from cloth_ros.tradeoff.machine import describe
+
+from .layers import folded, folded_again
+
+TICK = 1 / 60
+SIZE, THICKNESS = 0.6, 0.003
+_TICKS = 120
+# Seconds in which a folded towel comes to rest, and its drag meanwhile, 1/s.
+_SETTLING, _SETTLING_DRAG = 1.5, 4.0
+
+
+def towel(side: int, thickness: float, **changes: Any) -> Scene:
+    """Return a scene with a towel and a table."""
+    return Scene().with_parameters(
+        {
+            'sheet.rows': side,
+            'sheet.columns': side,
+            'sheet.size': (SIZE, SIZE),
+            'sheet.mass': 0.1,
+            'sheet.position': (0.0, 0.0, 0.001),
+            'springs.structural': 200.0,
+            'springs.shear': 50.0,
+            'springs.bending': 2.0,
+            'pins': [''],
+            'drag': 2.0,
+            'self_contact.thickness': thickness,
+            'self_contact.friction': 0.5,
+            'collider.names': ['table'],
+            'collider.table.type': 'plane',
+            'collider.table.friction': 0.5,
+            **{name.replace('__', '.'): value for name, value in changes.items()},
+        }
+    )
+
+
+def four_layers(side: int) -> Cloth:
+    """Return a towel that lies on the table folded into four layers."""
+    cloth = Cloth(towel(side, THICKNESS, drag=_SETTLING_DRAG))
+    cloth.positions = folded(side, side, (SIZE, SIZE), 2 * THICKNESS)
+    cloth.advance(_SETTLING)
+    cloth.positions = folded_again(cloth.positions, THICKNESS)
+    cloth.velocities = np.zeros((side, side, 3))
+    cloth.advance(_SETTLING)
+    return cloth
+
+
+def median_tick(cloth: Cloth, ticks: int = _TICKS) -> float:
+    """Return the median processor time of a tick, s."""
+    cloth.advance(TICK)
+    times = []
+    for _ in range(ticks):
+        start = time.thread_time()
+        cloth.advance(TICK)
+        times.append(time.thread_time() - start)
+    return float(np.median(times))
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--sides', type=int, nargs='+', default=[32, 64], help='particles')
+    rows = []
+    for side in parser.parse_args().sides:
+        hanging = {'pins': ['0,0', '0,-1'], 'sheet__position': (0.0, 0.0, 1.0)}
+        for state, changes in (('hanging', hanging), ('flat on a table', {})):
+            costs = []
+            for thickness in (0.0, THICKNESS):
+                cloth = Cloth(towel(side, thickness, **changes))
+                cloth.advance(1.0)
+                costs.append(median_tick(cloth))
+            ratio = f'{costs[1] / costs[0]:.2f}'
+            rows.append([f'{side}²', state, *(f'{1e3 * cost:.2f}' for cost in costs), ratio, ''])
+        cloth = four_layers(side)
+        cost = median_tick(cloth)
+        rows.append([f'{side}²', 'four layers', '', f'{1e3 * cost:.2f}', '', f'{TICK / cost:.2f}'])
+    head = ['grid', 'state', 'without, ms', 'with, ms', 'ratio', 'real-time factor']
+    print(', '.join(describe().values()) + f'\n\n{table(head, rows)}')
+
+
+if __name__ == '__main__':
+    main()
