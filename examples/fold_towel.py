@@ -26,9 +26,9 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import SetBool, Trigger
 
 GRIPPERS = ('left', 'right')
-APPROACH, FOLD, SETTLE = 1.0, 3.0, 1.5  # s
+APPROACH, FOLD, SETTLE = 1.0, 4.0, 1.5  # s
 LAYER = 0.004  # m, by which a fold ends above the layers below
-HEIGHT = 0.8  # of the path of a fold, as a share of a half circle
+HEIGHT = 0.7  # of the path of a fold, as a share of a half circle
 _RATE = 60.0  # Hz, of the states
 _LONGEST = 10.0  # s, until the cloth is discovered
 
