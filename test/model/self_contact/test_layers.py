@@ -117,10 +117,13 @@ def _pile(**parameters: object) -> Cloth:
 
 
 def test_layers_keep_their_distance_at_rest() -> None:
-    cloth = _pile(drag=2.0)
+    # Limp, so that the fold stays closed.
+    limp = {'springs__bending': 0.1, 'sheet__rows': 16, 'sheet__columns': 32}
+    cloth = _pile(drag=2.0, sheet__size=SIZE, **limp)
     cloth.advance(3.0)
-    height = cloth.positions[:, 14:, 2] - cloth.positions[:, :6, 2].mean()
-    np.testing.assert_allclose(height, THICKNESS, rtol=0.2)
+    height = cloth.positions[:, 26:, 2] - cloth.positions[:, :6, 2].mean()
+    assert height.mean() == pytest.approx(THICKNESS, rel=0.2)
+    np.testing.assert_allclose(height, THICKNESS, rtol=0.3)
     speed = np.linalg.norm(cloth.velocities, axis=2)
     assert math.sqrt((speed**2).mean()) < 0.03
     energy = cloth.energy()
