@@ -26,8 +26,9 @@ REACH = 1.25
 EDGES = 0.85
 # Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
 SAFE = 0.25
-# Least distance, in thicknesses, at which a path is accepted.
-_LEAST = 1e-4
+# Distance, in thicknesses, to which pairs may approach: so far, a direction between them is well
+# defined.  Pairs that begin nearer may lose this share of their distance on a path.
+_LEAST, _STAYING = 0.05, 0.98
 # By how much a gap must exceed a distance that is compared with a computed one: rounding.
 _ROUNDING = 1e-5
 
@@ -132,7 +133,7 @@ def search(  # type: ignore[no-untyped-def]
             free = separation(before, edges, i, j, k, h, nx, ny, nz) > safe * (1.0 + _ROUNDING)
         if not free:
             d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, h)
-            least = max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness)
+            least = min(max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness), _STAYING * d0)
             free = stays_apart(before, now, edges, i, j, k, h, least)
             if not free:
                 d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
