@@ -145,10 +145,12 @@ class NamedGroup(ParameterGroup, Generic[M]):
 
     def check(self) -> None:
         """Check names and members; leave out empty names, and sort the members."""
-        names, kind = tuple(name for name in self.names if name.strip()), self.prefix[:-1]
+        kind = self.prefix[:-1]
+        for place, name in enumerate(self.names):
+            if name.strip():
+                check_name(f'{self.prefix}names[{place}]', name, self.names[:place])
+        names = tuple(name for name in self.names if name.strip())
         object.__setattr__(self, 'names', names)
-        for place, name in enumerate(names):
-            check_name(f'{self.prefix}names[{place}]', name, names[:place])
         given: dict[str, Any] = {each.name: each for each in self.members}
         unnamed = sorted(set(given) - set(names))
         for name in unnamed:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from builders import examples, scene_of
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from reliability.invalid_values import NAMES, anything, mostly, near
 from remedies import as_in_a_file, as_set, follow
@@ -63,6 +63,7 @@ def test_the_remedy_of_a_wrong_value_succeeds(value, typed):
 
 @pytest.mark.parametrize('typed', [as_in_a_file, as_set])
 @examples(1)
+@example(changes={'collider.names': ['', 'a', '2x']})
 @given(
     changes=st.dictionaries(st.sampled_from(NAMES), st.none(), min_size=1, max_size=3).flatmap(
         lambda names: st.fixed_dictionaries(

@@ -25,6 +25,7 @@ DEFAULTS = [
     ('sphere.', {'radius': 0.0, 'position': (0.0, 0.0, 0.0), 'friction': 0.3}),
     ('collider.', {'names': ()}),
     ('gripper.', {'names': ()}),
+    ('self_contact.', {'thickness': 0.0, 'friction': 0.3}),
     ('solver.', {'method': 'auto', 'substeps': 0, 'tolerance': 0.001, 'precision': 'single'}),
     ('solver.', {'threads': 1, 'max_tick': 0.1, 'overload': 'slow_motion'}),
     ('particles.', {'rate': 0.0, 'velocities': True}),
