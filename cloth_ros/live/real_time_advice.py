@@ -25,6 +25,8 @@ from .overload import RELAXED, Level, Overload, level_of, predicted_load
 _BISECTIONS = 14  # to 1 % of any range
 # Factor by which one type of springs may be stiffer than the others in a proportion that is meant.
 _OUT_OF_PROPORTION = 20.0
+# Factor by which a tolerance must shorten substeps to count as the cause of their number.
+_DECISIVE = 2.4
 _LEAST_SIDE = 3  # particles along a side of a coarser grid
 
 
@@ -87,8 +89,8 @@ def cause(scene: Scene) -> str:
         return f'solver.substeps is {scene.solver.substeps}'
     if 1 / scene.rate < 1.5 * substep:
         return f'rate is {scene.rate:g} Hz'
-    # Below a factor of two, it is the stiffness that leaves the tolerance little to decide.
-    if usual_substep(scene.with_parameters({'solver.tolerance': 1.0})) > 2 * substep:
+    # Below this factor, it is the stiffness that leaves the tolerance little to decide.
+    if usual_substep(scene.with_parameters({'solver.tolerance': 1.0})) > _DECISIVE * substep:
         return f'solver.tolerance is {scene.solver.tolerance:g} m'
     heavy = min(100 * sheet.mass, PARAMETERS['sheet.mass'].high or math.inf)
     if usual_substep(scene.with_parameters({'sheet.mass': heavy})) == substep:

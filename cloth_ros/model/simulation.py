@@ -40,7 +40,7 @@ _TIMED = CHECK_INTERVAL
 # Relative difference of two substep lengths that are made equal: times are rounded, and each
 # other length would need tables of its own.
 _EQUAL = 1e-8
-# Ticks in an advance above which it is cut into ticks, to adapt the length of substeps.
+# Multiple of the interval of step control above which an advance is cut into intervals.
 _LONG = 1.5
 
 # Of the snapshot at the start of a batch: the inputs of the advance in progress stay in force.
@@ -196,12 +196,12 @@ class Simulation:
             return
         self.interactions.begin_advance(self.state, self.time, seconds, inputs)
         self.substeps = 0
-        end, tick = self.time + seconds, 1 / self.scene.rate
+        end, interval = self.time + seconds, self.step_control.adapt_interval
         self.step_control.begin(self.state, self.time)
         while self.time < end:
             begin, change = self.time, end
-            if end - begin > _LONG * tick:
-                change = begin + tick
+            if end - begin > _LONG * interval:
+                change = begin + interval
             if self._gusts is not None:
                 change = min(change, self._gusts.next_change(begin))
             self._air_velocity = self._air_at(0.5 * (begin + change), inputs.wind)

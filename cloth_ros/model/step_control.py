@@ -86,12 +86,15 @@ class StepControl(Protocol):
         Divisor of every substep, for a finer solution.
     check_interval
         Substeps in slow motion from one call of `batches` to the next, at most.
+    adapt_interval
+        Simulated time from one call of `adapt` to the next, s.
 
     """
 
     substep: float
     division: int
     check_interval: int
+    adapt_interval: float
 
     def begin(self, state: State, time: float) -> None:
         """Choose the length of the first substeps, unless that has been done."""
@@ -142,6 +145,8 @@ class StepControl(Protocol):
 class ConstantStep:
     """Base of step controls whose substeps have one length."""
 
+    adapt_interval = math.inf
+
     def begin(self, state: State, time: float) -> None:
         """Change nothing."""
 
@@ -175,7 +180,7 @@ class AdaptiveStepControl:
     ----------
     substep
         Length in slow motion now, s.
-    division, check_interval
+    division, check_interval, adapt_interval
         As in every step control.
 
     Raises
@@ -195,6 +200,7 @@ class AdaptiveStepControl:
         self._accurate = accurate_substep(scene)
         self._stable_step = integrator_for(scene).stable_step
         self._present = PresentStiffness(scene) if adapts_to_state(scene) else None
+        self.adapt_interval = math.inf if self._present is None else 1 / scene.rate
         self.restore(None)
 
     def account(self) -> StepAccount | None:

@@ -30,8 +30,8 @@ _SHORTEST = 2.5e-4
 # Substeps in a tick: several minutes of wall-clock time on any machine.
 _MAX_SUBSTEPS = 1e8
 
-# Share of the stability limit of a flat sheet that substeps usually have.
-_USUAL = 0.92
+# Length of the substeps of a sheet that hangs or lies, as a share of the limit of every state.
+_USUAL = 1.05
 
 # Share of the shortest rest length that the fastest particle may move in a substep, and the
 # finest division of a substep to that end.
@@ -89,23 +89,17 @@ def accurate_substep(scene: Scene) -> float:
 
 
 def usual_substep(scene: Scene) -> float:
-    """
-    Return the length, s, that substeps of a scene usually have, for predictions of their cost.
-
-    It is a little less than a flat sheet allows: see `step_control`.
-    """
+    """Return the length, s, that substeps of a scene usually have, to predict their cost."""
     if not adapts_to_state(scene):
         return substep_length(scene)
-    springs = scene.springs
-    flat = 4 * springs.structural + 4 * springs.shear + 4 * springs.bending
-    limit = integrator_for(scene).stable_step(flat / scene.sheet.cell_mass, 0.0)
-    longest = min(_USUAL * limit, accurate_substep(scene))
-    return max(whole_substep(scene, longest), substep_length(scene))
+    longest = min(_USUAL * stability_limit(scene), accurate_substep(scene))
+    return whole_substep(scene, longest)
 
 
 def adapts_to_state(scene: Scene) -> bool:
-    """Return whether substeps follow the present state: not if fixed, or limited by dashpots."""
-    return not scene.solver.substeps and not scene.springs.damping
+    """Return whether substeps follow the present state: not if fixed, or without springs alone."""
+    free = not scene.solver.substeps and not scene.springs.damping
+    return free and math.isfinite(stability_limit(scene))
 
 
 def substep_of_travel(scene: Scene, speed: float) -> float:

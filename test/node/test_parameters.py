@@ -38,6 +38,7 @@ CHANGES = {
     'sphere.friction': 0.1,
     'collider.names': [''],
     'gripper.names': [''],
+    'self_contact.friction': 0.5,
     'solver.method': 'position_verlet',
     'solver.substeps': 100,
     'solver.tolerance': 0.01,

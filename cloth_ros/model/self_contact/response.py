@@ -11,7 +11,7 @@ to it within the part takes the much smaller m (δ/Δ)²/2.
 Between two impulses what rests on a layer is accelerated, by its weight for example.  It rests if
 it is thrown up by half of the velocity that it gains in a part, and slides back on an incline if
 it is thrown uphill so; the acceleration is taken from the last part, as far as gravity could be
-its cause.
+its cause, or (r/d)² times that where layers are pressed to a distance d less than r at rest.
 
 Where a collider supports a particle the solution includes that, without an impulse on the
 particle: the collider gives it in the next substep, and accounts for it.
@@ -33,6 +33,8 @@ _VELOCITY_SWEEPS = 4
 GAIN, LEAST, MASS, PUSHED, DRAGGED, SUPPORTED = 0, 3, 4, 5, 6, 7
 ROW = 8
 _BLOCKED_SWEEPS = 8
+# Share of its distance at rest below which a pair is not pushed apart any harder.
+_NEAREST = 0.05
 # Share of its distance at the start that a blocked pair keeps.
 _KEPT = 0.7
 
@@ -133,7 +135,10 @@ def apply_impulses(  # type: ignore[no-untyped-def]
         rows[c, GAIN + 2] -= rise * nz
         spare = contacts[c, DISTANCE] - contacts[c, REST]
         least = -spare / (seconds if spare > 0.0 else _RESTORING)
-        rows[c, LEAST] = least + min(max(-rise, 0.0), gained)
+        # What presses layers together harder than gravity: the more so, the nearer they are.
+        pressed = contacts[c, REST] / max(contacts[c, DISTANCE], _NEAREST * contacts[c, REST])
+        most = gained * max(pressed, 1.0) ** 2
+        rows[c, LEAST] = least + min(max(-rise, 0.0), most)
         rows[c, MASS] = 1.0 / mass if mass > 0.0 else 0.0
         rows[c, PUSHED] = rows[c, DRAGGED] = rows[c, SUPPORTED] = 0.0
         for n in range(4):
