@@ -60,7 +60,8 @@ def test_the_estimate_is_within_a_factor_of_three_of_the_truth(path, precision, 
     comparisons = compare(ready, Scenario(0.3, 2 * TICK, goal=goal, arrival=0.3))
     assert len(comparisons) >= 3
     for each in comparisons:
-        assert each.truth / 3 < each.estimate < 3 * each.truth, each
+        # Both are 0 as long as a sheet falls freely.
+        assert each.truth / 3 <= each.estimate <= 3 * each.truth, each
 
 
 @examples(0.05)
