@@ -70,10 +70,12 @@ def folders(tmp_path_factory):
                 for entry in source.iterdir():
                     if entry.name not in ('.venv', '.git', 'build', 'tradeoff'):
                         (target / entry.name).symlink_to(entry)
-            for ros in ('wheels', 'sourced'):  # else `make run` would install this clone
-                mark = clone / '.venv' / f'.ready-run-{ros}'
-                mark.unlink(missing_ok=True)
-                mark.touch()
+            # Else `make` would install this clone into the environment that is linked.
+            for kind in ('run', 'viewer', 'test', 'docs', 'pictures', 'bench'):
+                for ros in ('wheels', 'sourced'):
+                    mark = clone / '.venv' / f'.ready-{kind}-{ros}'
+                    mark.unlink(missing_ok=True)
+                    mark.touch()
             shutil.copy(ROOT / 'config' / 'drop_on_sphere.yaml', clone / 'my_scene.yaml')
         for scene in SCENES:  # of this page, the last one is the user's
             if scene.page == page and scene.text.startswith('/**:'):
