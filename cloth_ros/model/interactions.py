@@ -3,7 +3,8 @@ What acts on a sheet besides the forces of its integrator: grippers, colliders, 
 
 Each is absent where the scene does not have it.  Their order is fixed: grippers and colliders act
 after each drift, in this order and mostly within the kernel of kicks and drifts; contact of the
-sheet with itself acts at the end of a part of a batch, and has the last word.
+sheet with itself acts at the end of a part of a batch, and may undo what they have done to
+positions.
 """
 
 from __future__ import annotations
