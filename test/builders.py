@@ -94,7 +94,7 @@ def momentum(cloth: Cloth) -> np.ndarray:
 class FixedSteps(ConstantStep):
     """Step control: substeps of one length, s."""
 
-    division, check_interval = 1, 10
+    division = 1
 
     def __init__(self, substep: float) -> None:
         self.substep = substep

@@ -29,10 +29,7 @@ from ..scene import Scene
 from .energy import Energy, EnergyMeter
 from .stability import rate_bounds
 from .state import State
-from .time_step import CHECK_INTERVAL
 
-# Substeps between two measurements of the energy, at most.
-BATCH = 4 * CHECK_INTERVAL
 # Divisors of substeps when a batch is repeated.
 DIVISIONS = (1, 4, 16)
 # Accepted batches in a row before longer substeps are tried again.  Twice as many each time that

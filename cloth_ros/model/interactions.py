@@ -23,6 +23,7 @@ from .integrators.kick_drift import KickDrift
 from .self_contact.self_contact import SelfContact, self_contact_of
 from .snapshot import Snapshot
 from .state import State
+from .time_step import CHECK_INTERVAL
 
 
 class Interactions:
@@ -113,10 +114,13 @@ class Interactions:
         if self.grippers is not None:
             self.grippers.slip(state, seconds)
 
-    def part(self, count: int, h: float, most: int) -> int:
-        """Return how many of the next `count` substeps of `h` s are one part; at most `most`."""
-        most = min(most, count)
-        return most if self.self_contact is None else self.self_contact.part(count, h, most)
+    def longest_part(self, state: State, count: int, h: float, most: int) -> int:
+        """Return how many of the next `count` substeps of `h` s, or `most`, are made at once."""
+        if self.contact is not None:
+            most = min(most, self.contact.longest_part(state, h))
+        if self.self_contact is not None:
+            most = self.self_contact.part(count, h, min(most, CHECK_INTERVAL))
+        return most
 
     def apply(
         self,

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..scene import Scene
 from .contact.interfaces import Observer
-from .energy_monitor import BATCH, DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
+from .energy_monitor import DAMPED_DIVISION, DIVISIONS, EnergyMonitor, RollbackCounts
 from .forces.gusts import Gusts
 from .grid import Array, Grid, flat_sheet
 from .inputs import Inputs, Vector
@@ -30,7 +30,7 @@ from .snapshot import Snapshot
 from .stability import rate_bounds
 from .state import State, max_speed
 from .step_control import StepControl
-from .time_step import CHECK_INTERVAL, ROUNDING, integrator_for
+from .time_step import BATCH, CHECK_INTERVAL, ROUNDING, integrator_for, part
 
 _DTYPES = {'single': np.float32, 'double': np.float64}
 
@@ -202,18 +202,23 @@ class Simulation:
         self._touched = False
         while self.time < end:
             begin, change = self.time, end
+            substep = self.step_control.substep
+            # Less counts as nothing: contact divides depths by the time, and both are rounded.
+            rounding = ROUNDING * substep
             if end - begin > _LONG * interval:
                 change = begin + interval
             if self._gusts is not None:
-                change = min(change, self._gusts.next_change(begin))
+                change = min(change, self._gusts.next_change(begin + rounding))
+            if end - change < rounding:
+                change = end
             self._air_velocity = self._air_at(0.5 * (begin + change), inputs.wind)
-            substep = self.step_control.substep
             count = max(math.ceil((change - begin) / substep - ROUNDING), 1)
             h = (change - begin) / count
             if abs(h - substep) <= _EQUAL * substep:
                 h = substep
-            for first in range(0, count, BATCH):
-                substeps = min(BATCH, count - first)
+            while count > 0:
+                substeps = part(count, BATCH)
+                count -= substeps
                 yield from self._batch(substeps, h)
                 self.interactions.end_batch(self.state, substeps * h)
             self.time = change
@@ -296,9 +301,11 @@ class Simulation:
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = self.interactions.part(count, h, control.check_interval)
-                count -= part
-                for batch in control.batches(self.state, part, h, division, airspeed):
+                most = control.check_interval(self.state, h)
+                most = self.interactions.longest_part(self.state, count, h, most)
+                substeps = part(count, most)
+                count -= substeps
+                for batch in control.batches(self.state, substeps, h, division, airspeed):
                     self.substeps += batch.substeps
                     self._apply(kick_drift, steps(batch), batch.substeps * batch.h)
                     yield

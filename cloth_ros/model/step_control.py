@@ -24,6 +24,7 @@ from .present_stiffness import PresentStiffness
 from .stability import PRESENT_SAFETY, rate_bounds
 from .state import State, max_speed
 from .time_step import (
+    BATCH,
     CHECK_INTERVAL,
     ROUNDING,
     accurate_substep,
@@ -46,6 +47,9 @@ _TRAVEL = 0.7
 _SHORTEST = 0.125
 # Share by which it must be longer.
 _WORTHWHILE = 0.02
+# Rest lengths that the fastest particle may move before the next check in calm motion; and
+# substeps until then times particles, some milliseconds of wall-clock time.
+_CALM, _AT_ONCE = 4.0, 1_200_000
 
 
 class StepAccount(NamedTuple):
@@ -84,8 +88,6 @@ class StepControl(Protocol):
         Length in slow motion now, s.
     division
         Divisor of every substep, for a finer solution.
-    check_interval
-        Substeps in slow motion from one call of `batches` to the next, at most.
     adapt_interval
         Simulated time from one call of `adapt` to the next, s.
 
@@ -93,7 +95,6 @@ class StepControl(Protocol):
 
     substep: float
     division: int
-    check_interval: int
     adapt_interval: float
 
     def begin(self, state: State, time: float) -> None:
@@ -110,6 +111,10 @@ class StepControl(Protocol):
 
     def shorten(self, time: float) -> bool:
         """Make substeps stable in every state: a batch was rejected; False if they are."""
+        ...
+
+    def check_interval(self, state: State, h: float) -> int:
+        """Return after how many substeps of `h` s, at most, to call `batches` again."""
         ...
 
     def account(self) -> StepAccount | None:
@@ -161,6 +166,10 @@ class ConstantStep:
         """Return False."""
         return False
 
+    def check_interval(self, state: State, h: float) -> int:
+        """Return a constant."""
+        return CHECK_INTERVAL
+
     def account(self) -> StepAccount | None:
         """Return None."""
         return None
@@ -184,7 +193,7 @@ class AdaptiveStepControl:
     ----------
     substep
         Length in slow motion now, s.
-    division, check_interval, adapt_interval
+    division, adapt_interval
         As in every step control.
 
     Raises
@@ -197,8 +206,10 @@ class AdaptiveStepControl:
     def __init__(self, scene: Scene, *, division: int = 1) -> None:
         self.division: int = convert('division', division, 1, _DIVISION)
         self._scene = scene
-        # A finer solution is advanced in the gaps between ticks, which are short.
-        self.check_interval = CHECK_INTERVAL if self.division == 1 else 1
+        number = scene.sheet.rows * scene.sheet.columns
+        intervals = _AT_ONCE // (number * CHECK_INTERVAL)
+        self._calm_interval = min(max(intervals, 1) * CHECK_INTERVAL, BATCH)
+        self._calm = _CALM * scene.sheet.shortest_spacing
         _, self._viscous = rate_bounds(scene)
         self._stable = substep_length(scene)
         self._accurate = accurate_substep(scene)
@@ -229,9 +240,10 @@ class AdaptiveStepControl:
         """Choose the length of the next substeps by the state at `time`, s."""
         if self._present is None:
             return
-        possible = self._possible(state, self._present)
-        if touched:  # near the limit of the present state, a sheet would slide on a mesh
-            possible = min(possible, self._stable)
+        stable = self._stable
+        if not touched:  # near the limit of the present state, a sheet would slide on a mesh
+            stable = self._present_stable(state, self._present)
+        possible = self._possible(state, stable)
         self._longest = min(self._longest, possible)
         if possible < self.substep:
             self._change(possible, time)
@@ -239,9 +251,20 @@ class AdaptiveStepControl:
             longer = self._longest > (1 + _WORTHWHILE) * self.substep
             self._change(self._longest if longer else self.substep, time)
 
-    def _possible(self, state: State, present: PresentStiffness) -> float:
-        """Return the longest substep, s, that the present state allows."""
-        stable = max(PRESENT_SAFETY * self._stable_step(present.bound(state), 0.0), self._stable)
+    def check_interval(self, state: State, h: float) -> int:
+        """Return after how many substeps of `h` s, at most, to call `batches` again."""
+        if self.division > 1:  # advanced in the gaps between ticks, which are short
+            return 1
+        # False for NaN.
+        calm = self._calm_interval * h * max_speed(state) < self._calm
+        return self._calm_interval if calm else CHECK_INTERVAL
+
+    def _present_stable(self, state: State, present: PresentStiffness) -> float:
+        """Return the longest substep, s, that is stable in the present state."""
+        return max(PRESENT_SAFETY * self._stable_step(present.bound(state), 0.0), self._stable)
+
+    def _possible(self, state: State, stable: float) -> float:
+        """Return the longest substep, s, up to a stable one, that accuracy and speed allow."""
         travel = _TRAVEL * substep_of_travel(self._scene, max_speed(state))
         longest = min(stable, self._accurate, max(travel, _SHORTEST * self._stable))
         # False where not finite.

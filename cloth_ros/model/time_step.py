@@ -37,8 +37,10 @@ _USUAL = 1.05
 # finest division of a substep to that end.
 _TRAVEL = 0.2
 _FINEST = 8
-# Substeps from one check of the speed to the next.
+# Substeps from one check of the speed to the next, and from one measurement of the energy to the
+# next, at most.
 CHECK_INTERVAL = 17
+BATCH = 4 * CHECK_INTERVAL
 # Dissipation acts once in so many substeps at most, an odd number, and within so many s.  Only in
 # single precision: in a cloth that folds, this separates two runs no sooner than rounding does,
 # but in double precision it would.
@@ -71,6 +73,11 @@ def substep_length(scene: Scene) -> float:
     limit = integrator.stable_step(*stability.rate_bounds(scene))
     longest = min(stability.SAFETY * limit, accurate_substep(scene))
     return whole_substep(scene, longest)
+
+
+def part(count: int, most: int) -> int:
+    """Return the length of the first of nearly equal parts of a count, none above `most`."""
+    return math.ceil(count / math.ceil(count / most))
 
 
 def whole_substep(scene: Scene, longest: float) -> float:

@@ -15,7 +15,7 @@ from ..model.integrators.integrator import SubstepBatch
 from ..model.stability import SAFETY
 from ..model.state import State
 from ..model.step_control import ConstantStep
-from ..model.time_step import CHECK_INTERVAL, stability_limit
+from ..model.time_step import stability_limit
 from ..scene import Scene
 
 # Substeps per tick as multiples of the least stable number.  Factors below one are unstable, and
@@ -87,12 +87,12 @@ class FixedStepControl(ConstantStep):
     ----------
     substep
         Length of the substeps, s.
-    division, check_interval
+    division
         As in every step control; constant.
 
     """
 
-    division, check_interval = 1, CHECK_INTERVAL
+    division = 1
 
     def __init__(self, scene: Scene, *, substeps: int) -> None:
         self.substep = 1 / (scene.rate * substeps)

@@ -31,7 +31,7 @@ from cloth_ros.model.precision import (
 )
 from cloth_ros.model.state import max_speed
 from cloth_ros.model.step_control import ConstantStep
-from cloth_ros.model.time_step import CHECK_INTERVAL, dissipation_interval, substep_length
+from cloth_ros.model.time_step import dissipation_interval, substep_length
 
 # Free sheets of 3 × 3 particles without air move as one particle does.
 DOUBLE = {'solver.precision': 'double'}
@@ -72,7 +72,7 @@ def free_scenes(draw: st.DrawFn) -> Scene:
 class IntervalsOfSingle(ConstantStep):
     """Step control in which air acts in one of several substeps, also in double precision."""
 
-    division, check_interval = 1, CHECK_INTERVAL
+    division = 1
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self.substep = scene, substep_length(scene)

@@ -27,11 +27,12 @@ from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
+from ..time_step import CHECK_INTERVAL, ROUNDING
 from .contact_snapshot import ContactSnapshot
 from .contact_table import no_contacts
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
-from .particle_batch import ParticleBatch
+from .particle_batch import LONGEST, ParticleBatch
 from .rigid_collider import RigidCollider
 from .substep_contact import SubstepContact
 from .surface import Surface
@@ -39,8 +40,11 @@ from .triangle_substep import TriangleSubstep
 
 # Share of its inner radius by which collider and sheet may approach each other in a substep.
 _TRAVEL = 0.25
-# Batches that are made substep by substep after one that had to be repeated.
-_PATIENCE = 4
+# After a batch that had to be repeated: batches that are made substep by substep, and then those
+# that are short.
+_BY_SUBSTEPS, _SHORT = 4, 16
+# Motion of a collider, in circumradii of the triangles, above which batches are short.
+_FAST = 2.0
 # Share of its inner radius by which a collider that is placed inside the sheet shrinks at most.
 _SHRUNK = 0.999
 # Depth, as a multiple of the tolerance, from which on a collider counts as placed there.
@@ -100,6 +104,14 @@ class Contact:
         self._before = np.stack([grid.field(dtype), grid.field(dtype)])
 
     # An advance
+
+    def longest_part(self, state: State, h: float) -> int:
+        """Return how many of the next substeps of `h` s may be made as one batch."""
+        count = max(math.ceil((1 - ROUNDING) * LONGEST / h), CHECK_INTERVAL)
+        colliders = self.colliders.values()
+        moved = count * h * max([each.surface_speed(state.origin) for each in colliders])
+        calm = moved < _FAST * self._rho and not self._patience  # False for NaN
+        return count if calm and True not in [e.grows for e in colliders] else CHECK_INTERVAL
 
     def begin_advance(self, state: State, time: float, seconds: float, inputs: Inputs) -> None:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""
@@ -174,7 +186,9 @@ class Contact:
             Receives every step, or None.
 
         """
-        if observer is None and not self._patience:
+        by_substeps = self._patience > _SHORT
+        self._patience = max(self._patience - 1, 0)
+        if observer is None and not by_substeps:
             table = self._particles.found(state, self._near, seconds, self._fastest)
             if table is not None:
                 kicks.apply(state, steps, air_velocity, table)
@@ -183,16 +197,16 @@ class Contact:
                 return
         longest = max([step.drift for step in steps])
         by_triangles = {each.name for each in self._near if self._is_sharp(each, state, longest)}
-        if observer is None and not by_triangles and not self._patience:
+        if observer is None and not by_triangles and not by_substeps:
             if self._act_on_particles(kicks, state, steps, seconds, air_velocity, time):
                 self._end_by_particles(state, time, seconds)
                 return
-            self._patience = _PATIENCE
-        if self._patience:
+            by_substeps = True
+            self._patience = _BY_SUBSTEPS - 1 + _SHORT
+        if by_substeps:
             by_triangles |= {
                 each.name for each in self._near if math.isfinite(each.shape.inner_radius)
             }
-            self._patience -= 1
         for step in steps:
             kicks.apply(state, (step,), air_velocity, self._idle)
             if observer is not None:

@@ -30,6 +30,9 @@ _UNCHANGED, _MARGIN = 0.02, 0.1
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
+# Length of batches, s, at most, so that those of the usual rates of ticks are the same ones; and
+# the time for which the size of triangles is predicted at least, so that it depends on no batch.
+LONGEST = 1 / 120
 # Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
 LEFT = 8e-5
 
@@ -211,7 +214,8 @@ class ParticleBatch:
         if self.moved < self._small:
             return
         self.excess = measure_triangles(
-            state.position, state.velocity, *self._layout, self.elapsed, seconds, *self._bounds,
+            state.position, state.velocity, *self._layout, self.elapsed,
+            max(seconds, LONGEST), *self._bounds,
             self._cells, self.rho,
         )  # fmt: skip
         self.elapsed, self.moved = 0.0, motion
