@@ -1,19 +1,19 @@
 """
 Frames per second of the browser view, and what it costs the node.
 
-    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20]
+    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20] [--renderer mesa]
 
 For each size a node is started, and measured alone, with the viewer, and with the viewer and a
 page that shows it in a headless Chromium.  That one has no graphics processor: it draws on the
-same cores on which node and viewer run, and its frames per second are a lower bound: a page with a
-graphics processor is limited by the work of the page, which is listed too, in processor time.
+same cores on which node and viewer run, and its frames per second are a lower bound.  States that
+reach the page, and its own work, are counted apart from drawing: they show which of both is the
+limit.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import time
 from contextlib import suppress
@@ -23,7 +23,7 @@ from typing import NamedTuple
 from cloth_ros.tradeoff.machine import describe
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
-from chromium import MISSING, View, address_of, browsing, chromium
+from chromium import MISSING, RENDERERS, View, address_of, browsing, chromium
 from ros import NODE, Listener, Process, environment, free_domain, probing
 
 _VIEWER = ('nice', '-n', '5', sys.executable, '-m', 'cloth_ros.viewer.main', '--port', '0')
@@ -31,13 +31,28 @@ _UPPER = '/cloths/cloth/sheet/upper'
 # Kinds of processes: the page itself, and what draws it.
 _WORK = ('renderer', 'gpu-process')
 _SETTLE = 4.0  # s, after everything has started
-# Frames that were drawn, states of the sheet that these showed, and the time in ms.
+# Counts batches of messages with positions that the page's socket passes on.
+_COUNT_RECEIVED = """(() => {
+    const Plain = window.Worker;
+    window.received = 0;
+    window.Worker = class extends Plain {
+        constructor(...all) {
+            super(...all);
+            this.addEventListener('message', event => {
+                const messages = event.data.type === 'message_batch' ? event.data.messages : [];
+                window.received += messages.some(each => each.updates && each.updates.vertices);
+            });
+        }
+    };
+})();"""
+# States received, states of the sheet that were shown, frames drawn, and the time in ms.
 _COUNTS = """name => {
     let version = 0;
     window.__viserMutable.nodeRefFromName[name].traverse(each => {
         if (each.isMesh) version = Math.max(version, each.geometry.attributes.position.version);
     });
-    return [window.__viserTestpoints.rendererInfo.render.frame, version, performance.now()];
+    const frame = window.__viserTestpoints.rendererInfo.render.frame;
+    return [window.received, version, frame, performance.now()];
 }"""
 
 
@@ -96,9 +111,9 @@ def measure(
     return Cost(factor, calculated / simulated, used / passed)
 
 
-def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
-    """Return a row of the table."""
-    parameters = {'sheet.rows': size, 'sheet.columns': size}
+def measure_size(size: int, seconds: float, threads: int, renderer: str) -> tuple[str, str]:
+    """Return a row of the table, and what drew the page."""
+    parameters = {'sheet.rows': size, 'sheet.columns': size, 'solver.threads': threads}
     command = [*NODE, '--ros-args']
     for name, value in parameters.items():
         command += ['-p', f'{name}:={value}']
@@ -111,25 +126,31 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
             viewer = Process(_VIEWER, environment(domain))
             viewer.wait_for_output('showing')
             unwatched = measure(listener, seconds, node, viewer)
-            with browsing(*renderer) as browser:
+            with browsing(renderer) as browser:
                 view = View(browser, address_of(viewer.output))
+                view.page.add_init_script(_COUNT_RECEIVED)
+                view.page.reload()
                 view.wait_for_node(_UPPER)
                 view.page.wait_for_timeout(1e3 * _SETTLE)
                 before = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
                 watched = measure(listener, seconds, node, viewer)
                 after = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
+                drawn_by = view.renderer()
         finally:
             node.end()
             if viewer is not None:
                 viewer.end()
-    frames, states, passed, page, drawing = (b - a for a, b in zip(before, after, strict=True))
-    return (
+    received, states, frames, passed, page, drawing = (
+        b - a for a, b in zip(before, after, strict=True)
+    )
+    row = (
         f'| {size} × {size} | {alone.factor:.3f} | {unwatched.factor:.3f} | {watched.factor:.3f} '
         f'| {100 * alone.node:.1f} | {100 * unwatched.node:.1f} | {100 * watched.node:.1f} '
-        f'| {1e3 * frames / passed:.1f} | {1e3 * states / passed:.1f} '
-        f'| {1e3 * page / max(states, 1):.0f} | {1e3 * drawing / max(frames, 1):.0f} '
-        f'| {100 * watched.viewer:.0f} |'
+        f'| {1e3 * received / passed:.1f} | {1e3 * states / passed:.1f} '
+        f'| {1e3 * frames / passed:.1f} | {1e3 * page / max(received, 1):.0f} '
+        f'| {1e3 * drawing / max(frames, 1):.0f} | {100 * watched.viewer:.0f} |'
     )
+    return row, drawn_by
 
 
 def main() -> None:
@@ -137,9 +158,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or '').strip().splitlines()[0])
     parser.add_argument('--sizes', type=int, nargs='+', default=[32, 64, 128])
     parser.add_argument('--seconds', type=float, default=20.0)
-    parser.add_argument(
-        '--renderer', default='', help='flags of Chromium (default: SwiftShader, without GPU)'
-    )
+    parser.add_argument('--threads', type=int, default=1, help='of the node')
+    parser.add_argument('--renderer', choices=RENDERERS, default='swiftshader')
     arguments = parser.parse_args()
     if chromium() is None:
         raise SystemExit(MISSING)
@@ -147,13 +167,17 @@ def main() -> None:
     print(
         '| sheet | real-time factor of the node alone | with the viewer | with viewer and page '
         '| node alone, % of a core in real time | with the viewer | with viewer and page '
-        '| frames per second | states shown per second '
-        '| work of the page, ms per state | drawing, ms per frame '
-        '| viewer, % of a core |\n' + '| --- ' * 12 + '|'
+        '| states received by the page per second | states shown per second | frames per second '
+        '| work of the page, ms per state received | drawing, ms per frame '
+        '| viewer, % of a core |\n' + '| --- ' * 13 + '|'
     )
+    drawn_by = ''
     for size in arguments.sizes:
-        renderer = tuple(re.split(r'\s+', arguments.renderer)) if arguments.renderer else ()
-        print(measure_size(size, arguments.seconds, renderer), flush=True)
+        row, drawn_by = measure_size(
+            size, arguments.seconds, arguments.threads, arguments.renderer
+        )
+        print(row, flush=True)
+    print(f'\nDrawn by: {drawn_by}')
 
 
 if __name__ == '__main__':
