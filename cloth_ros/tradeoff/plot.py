@@ -207,7 +207,7 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
     if not all(map(recommendation.follows_state, result['settings'])):
         axes.plot(
             [], [], 'D-', color=_AT_BOUND, markersize=7, linewidth=1,
-            label='the same, substeps at the bound of every state',
+            label='substeps fixed at the bound',
         )  # fmt: skip
     for colour, precision in (('#444444', 'single'), ('white', 'double')):
         axes.plot(

@@ -106,7 +106,7 @@ def _settings(result: Result) -> str:
 
 def _following(result: Result) -> str:
     """Return each setting whose substeps follow the state, beside the same with the bound."""
-    rows = []
+    rows, saved = [], []
     best = recommendation.frontier(recommendation.candidates(result))
     for entry in result['settings']:
         other = recommendation.without_following(entry, result)
@@ -122,6 +122,7 @@ def _following(result: Result) -> str:
                 'yes' if each in best else '',
             ]
         rows.append(cells)
+        saved.append(1 - entry['substeps per tick'] / other['substeps per tick'])
     if not rows:
         return (
             'The same, here: the tolerance, or a resolution that costs next to nothing, asks for '
@@ -130,7 +131,9 @@ def _following(result: Result) -> str:
     head = ['setting']
     for name in ('bound', 'follow'):
         head += [f'{name}: {each}' for each in ('substeps', 'cost [s/s]', 'error', 'frontier')]
-    return table(head, rows)
+    low, high = percent(min(saved)), percent(max(saved))
+    share = low if low == high else f'{low} to {high}'
+    return f'{table(head, rows)}\n\nSubsteps that are saved: {share}.'
 
 
 def _rates(result: Result) -> str:

@@ -59,7 +59,7 @@ class Setting:
         if self.substeps:
             return f'{self.method}, {self.substeps} substeps, {self.precision}'
         text = f'{self.method}, tolerance {1e3 * self.tolerance:g} mm, {self.precision}'
-        return text if self.follows_state else f'{text}, substeps at the bound of every state'
+        return text if self.follows_state else f'{text}, substeps fixed at the bound'
 
     @property
     def parameters(self) -> dict[str, object]:
