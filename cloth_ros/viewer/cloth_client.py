@@ -119,6 +119,8 @@ class ClothClient:
             changed = (*event.new_parameters, *event.changed_parameters, *event.deleted_parameters)
             if any(each.name.startswith(_DRAWN) for each in changed):
                 self._markers.request()
+            if any(each.name == 'wind.velocity' for each in changed):
+                self._commanded_wind = None
 
     def _on_wind(self, message: Vector3Stamped) -> None:
         velocity = message.vector.x, message.vector.y, message.vector.z
