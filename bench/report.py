@@ -231,7 +231,7 @@ class Report:
             color='#888888',
             linewidth=4,
             alpha=0.4,
-            label='arithmetic alone, single precision',
+            label='arithmetic alone, single precision, 1 thread',
         )
         axes.set_xscale('log', base=2)
         axes.set_yscale('log')
