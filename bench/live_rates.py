@@ -2,10 +2,13 @@
 Rates of a live node: ticks, messages, and processor time of commands.
 
     python -m bench.live_rates [--scene FILE] [--size 128] [--seconds 300] [--threads 1]
+                               [--no-commands]
 
-Starts a node with a scene, subscribes to its particles and markers from this process, and prints
-the rates of reception and the values of its diagnostics.  Then commands wind a thousand times per
-second, and prints the processor time that the node needs for it.
+Starts a node with a scene, subscribes to its particles and markers from this process, resets the
+cloth, and prints the rates of reception and the values of its diagnostics: a sheet that hangs by
+default, gusts of `config/gust.yaml` from 5 s on, a fall on a sphere with
+`config/drop_on_sphere.yaml`.  Then commands wind a thousand times per second, and prints the
+processor time that the node needs for it.
 """
 
 from __future__ import annotations
@@ -21,13 +24,24 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from rclpy.context import Context
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
+from cloth_ros import Scene
 from cloth_ros.tradeoff.machine import describe
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 from ros import NODE, Probe, Process, environment, free_domain, probing
 
+# Values of the diagnostics, once a second.
+_REPORTED = (
+    'real-time factor',
+    'load [share of real time]',
+    'substeps in the last tick',
+    'largest stretch',
+    'tick jitter, 99th percentile [s]',
+    'messages, 99th percentile [s]',
+)
 _COMMAND_FOR = 10.0  # s, of each period with and without commands
 
 
@@ -59,12 +73,16 @@ def main() -> None:
     parser.add_argument('--size', type=int, default=128)
     parser.add_argument('--seconds', type=float, default=300.0)
     parser.add_argument('--threads', type=int, default=1)
+    parser.add_argument(
+        '--no-commands', action='store_true', help='leave out the part with commands, a minute'
+    )
     arguments = parser.parse_args()
     parameters = {
         'sheet.rows': arguments.size,
         'sheet.columns': arguments.size,
         'solver.threads': arguments.threads,
     }
+    rate = Scene.from_yaml(arguments.scene).rate if arguments.scene else Scene().rate
     command = [*NODE, '--ros-args']
     if arguments.scene is not None:
         command += ['--params-file', str(arguments.scene)]
@@ -81,19 +99,22 @@ def main() -> None:
                 lambda: listener.reports and float(listener.reports[-1]['real-time factor']) > 0
             )
             listener.spin_for(5.0)
+            assert listener.call(Trigger, '/cloth/reset', Trigger.Request()).success
+            listener.spin_for(1.0)  # until a report is of the time after it
             listener.reports.clear()
             for times in listener.received.values():
                 times.clear()
             used = node.cpu_seconds
             listener.spin_for(arguments.seconds)
             used = node.cpu_seconds - used
-            report(listener, arguments.seconds, used, first)
-            report_commands(listener, node)
+            report(listener, arguments.seconds, used, first, rate)
+            if not arguments.no_commands:
+                report_commands(listener, node)
         finally:
             node.end()
 
 
-def report(listener: Listener, seconds: float, used: float, first: float) -> None:
+def report(listener: Listener, seconds: float, used: float, first: float, rate: float) -> None:
     """Print rates of reception, processor time, and values of the diagnostics."""
     print(', '.join(f'{name} {value}' for name, value in describe().items()))
     print(f'first particles {first:.2f} s after the start of the process')
@@ -106,17 +127,17 @@ def report(listener: Listener, seconds: float, used: float, first: float) -> Non
             f'{1e3 * np.percentile(jitter, 99):.2f} ms (99th percentile), '
             f'{1e3 * jitter.max():.1f} ms (largest)'
         )
-    for key in (
-        'real-time factor',
-        'load [share of real time]',
-        'tick jitter, 99th percentile [s]',
-        'messages, 99th percentile [s]',
-    ):
-        values = np.array([float(each[key]) for each in listener.reports])
+    for key in _REPORTED:
+        values = np.array([float(each[key]) for each in listener.reports if key in each])
         print(
             f'{key}: smallest {values.min():.4g}, median {np.median(values):.4g}, '
             f'largest {values.max():.4g}'
         )
+    loads = 1e3 * np.array([float(each[_REPORTED[1]]) for each in listener.reports]) / rate
+    print(
+        f'simulation of a tick, ms of {1e3 / rate:.3g}: smallest {loads.min():.2f}, '
+        f'median {np.median(loads):.2f}, largest {loads.max():.2f} (means of a second)'
+    )
 
 
 def report_commands(listener: Listener, node: Process) -> None:

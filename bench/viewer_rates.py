@@ -1,19 +1,19 @@
 """
 Frames per second of the browser view, and what it costs the node.
 
-    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20]
+    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20] [--renderer mesa] [--page FILE]
 
 For each size a node is started, and measured alone, with the viewer, and with the viewer and a
 page that shows it in a headless Chromium.  That one has no graphics processor: it draws on the
-same cores on which node and viewer run, and its frames per second are a lower bound: a page with a
-graphics processor is limited by the work of the page, which is listed too, in processor time.
+same cores on which node and viewer run, and its frames per second are a lower bound.  States that
+reach the page, and its own work, are counted apart from drawing: they show which of both is the
+limit.  With `--page`, usually docs/viewer.md, the table is written there, too.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import time
 from contextlib import suppress
@@ -21,9 +21,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cloth_ros.tradeoff.machine import describe
+from tools.marked_block import fill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
-from chromium import MISSING, View, address_of, browsing, chromium
+from chromium import MISSING, RENDERERS, View, address_of, browsing, chromium
 from ros import NODE, Listener, Process, environment, free_domain, probing
 
 _VIEWER = ('nice', '-n', '5', sys.executable, '-m', 'cloth_ros.viewer.main', '--port', '0')
@@ -31,13 +32,28 @@ _UPPER = '/cloths/cloth/sheet/upper'
 # Kinds of processes: the page itself, and what draws it.
 _WORK = ('renderer', 'gpu-process')
 _SETTLE = 4.0  # s, after everything has started
-# Frames that were drawn, states of the sheet that these showed, and the time in ms.
+# Counts batches of messages with positions that the page's socket passes on.
+_COUNT_RECEIVED = """(() => {
+    const Plain = window.Worker;
+    window.received = 0;
+    window.Worker = class extends Plain {
+        constructor(...all) {
+            super(...all);
+            this.addEventListener('message', event => {
+                const messages = event.data.type === 'message_batch' ? event.data.messages : [];
+                window.received += messages.some(each => each.updates && each.updates.vertices);
+            });
+        }
+    };
+})();"""
+# States received, states of the sheet that were shown, frames drawn, and the time in ms.
 _COUNTS = """name => {
     let version = 0;
     window.__viserMutable.nodeRefFromName[name].traverse(each => {
         if (each.isMesh) version = Math.max(version, each.geometry.attributes.position.version);
     });
-    return [window.__viserTestpoints.rendererInfo.render.frame, version, performance.now()];
+    const frame = window.__viserTestpoints.rendererInfo.render.frame;
+    return [window.received, version, frame, performance.now()];
 }"""
 
 
@@ -49,15 +65,12 @@ class Cost(NamedTuple):
     ----------
     factor
         Simulated time by time.
-    node
-        Processor time of the node by simulated time.
     viewer
         Processor time of the viewer by time.
 
     """
 
     factor: float
-    node: float
     viewer: float
 
 
@@ -79,26 +92,22 @@ def browser_seconds(kind: str) -> float:
     return sum(seconds for pid, seconds in times.items() if is_ours(pid))
 
 
-def measure(
-    listener: Listener, seconds: float, node: Process, viewer: Process | None = None
-) -> Cost:
+def measure(listener: Listener, seconds: float, viewer: Process | None = None) -> Cost:
     """Measure for some seconds."""
     listener.spin_for(_SETTLE)
     first = listener.next_report()
     start, used = time.monotonic(), viewer.cpu_seconds if viewer else 0.0
-    calculated = node.cpu_seconds
     listener.spin_for(seconds)
     last, passed = listener.next_report(), time.monotonic() - start
     simulated = last.simulated - first.simulated
     factor = simulated / (last.at - first.at)
-    calculated = node.cpu_seconds - calculated
     used = viewer.cpu_seconds - used if viewer else 0.0
-    return Cost(factor, calculated / simulated, used / passed)
+    return Cost(factor, used / passed)
 
 
-def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
-    """Return a row of the table."""
-    parameters = {'sheet.rows': size, 'sheet.columns': size}
+def measure_size(size: int, seconds: float, threads: int, renderer: str) -> tuple[str, str]:
+    """Return a row of the table, and what drew the page."""
+    parameters = {'sheet.rows': size, 'sheet.columns': size, 'solver.threads': threads}
     command = [*NODE, '--ros-args']
     for name, value in parameters.items():
         command += ['-p', f'{name}:={value}']
@@ -107,29 +116,34 @@ def measure_size(size: int, seconds: float, renderer: tuple[str, ...]) -> str:
         viewer = None
         try:
             listener.spin_until(lambda: listener.reports and listener.reports[-1].factor > 0.5)
-            alone = measure(listener, seconds, node)
+            alone = measure(listener, seconds)
             viewer = Process(_VIEWER, environment(domain))
             viewer.wait_for_output('showing')
-            unwatched = measure(listener, seconds, node, viewer)
-            with browsing(*renderer) as browser:
+            unwatched = measure(listener, seconds, viewer)
+            with browsing(renderer) as browser:
                 view = View(browser, address_of(viewer.output))
+                view.page.add_init_script(_COUNT_RECEIVED)
+                view.page.reload()
                 view.wait_for_node(_UPPER)
                 view.page.wait_for_timeout(1e3 * _SETTLE)
                 before = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
-                watched = measure(listener, seconds, node, viewer)
+                watched = measure(listener, seconds, viewer)
                 after = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
+                drawn_by = view.renderer()
         finally:
             node.end()
             if viewer is not None:
                 viewer.end()
-    frames, states, passed, page, drawing = (b - a for a, b in zip(before, after, strict=True))
-    return (
-        f'| {size} × {size} | {alone.factor:.3f} | {unwatched.factor:.3f} | {watched.factor:.3f} '
-        f'| {100 * alone.node:.1f} | {100 * unwatched.node:.1f} | {100 * watched.node:.1f} '
-        f'| {1e3 * frames / passed:.1f} | {1e3 * states / passed:.1f} '
-        f'| {1e3 * page / max(states, 1):.0f} | {1e3 * drawing / max(frames, 1):.0f} '
-        f'| {100 * watched.viewer:.0f} |'
+    received, states, frames, passed, page, drawing = (
+        b - a for a, b in zip(before, after, strict=True)
     )
+    row = (
+        f'| {size} × {size} | {alone.factor:.3f} | {unwatched.factor:.3f} | {watched.factor:.3f} '
+        f'| {1e3 * received / passed:.1f} | {1e3 * states / passed:.1f} '
+        f'| {1e3 * frames / passed:.1f} | {1e3 * page / max(received, 1):.0f} '
+        f'| {1e3 * drawing / max(frames, 1):.0f} | {100 * watched.viewer:.0f} |'
+    )
+    return row, drawn_by
 
 
 def main() -> None:
@@ -137,23 +151,35 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or '').strip().splitlines()[0])
     parser.add_argument('--sizes', type=int, nargs='+', default=[32, 64, 128])
     parser.add_argument('--seconds', type=float, default=20.0)
-    parser.add_argument(
-        '--renderer', default='', help='flags of Chromium (default: SwiftShader, without GPU)'
-    )
+    parser.add_argument('--threads', type=int, default=1, help='of the node')
+    parser.add_argument('--page', type=Path, help='that the table is written to')
+    parser.add_argument('--renderer', choices=RENDERERS, default='swiftshader')
     arguments = parser.parse_args()
     if chromium() is None:
         raise SystemExit(MISSING)
-    print(', '.join(f'{name} {value}' for name, value in describe().items()))
-    print(
+    lines = [
         '| sheet | real-time factor of the node alone | with the viewer | with viewer and page '
-        '| node alone, % of a core in real time | with the viewer | with viewer and page '
-        '| frames per second | states shown per second '
-        '| work of the page, ms per state | drawing, ms per frame '
-        '| viewer, % of a core |\n' + '| --- ' * 12 + '|'
-    )
+        '| states received by the page per second | states shown per second | frames per second '
+        '| work of the page, ms per state received | drawing, ms per frame '
+        '| viewer, % of a core |',
+        '| --- ' * 10 + '|',
+    ]
+    drawn_by = ''
     for size in arguments.sizes:
-        renderer = tuple(re.split(r'\s+', arguments.renderer)) if arguments.renderer else ()
-        print(measure_size(size, arguments.seconds, renderer), flush=True)
+        row, drawn_by = measure_size(
+            size, arguments.seconds, arguments.threads, arguments.renderer
+        )
+        lines.append(row)
+        print(row, flush=True)
+    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    lines += [
+        '',
+        f'Threads of the node: {arguments.threads}. Drawn by: {drawn_by}. Measured on: {machine}.',
+    ]
+    text = '\n'.join(lines)
+    print(text)
+    if arguments.page is not None:
+        fill(arguments.page, 'python -m bench.viewer_rates', text)
 
 
 if __name__ == '__main__':

@@ -21,8 +21,12 @@ SCREENSHOTS = 'CLOTH_SCREENSHOTS'
 NAMES = ('chromium', 'chromium-browser', 'google-chrome')
 MISSING = 'there is no Chromium; install it: apt-get install chromium'
 DESKTOP, LAPTOP = (1920, 1080), (1366, 768)
-# Rendered without a graphics processor.
-_FLAGS = ('--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox')
+# Flags of what renders without a graphics processor: a part of Chromium, or Mesa, which takes half
+# the time where it is installed (`apt-get install libegl-mesa0 libgl1-mesa-dri`).
+RENDERERS = {
+    'swiftshader': ('--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'),
+    'mesa': ('--use-gl=angle', '--use-angle=gl-egl', '--ignore-gpu-blocklist', '--no-sandbox'),
+}
 
 # For root, Chromium would raise the priority of what draws, above that of the node.
 _START = """#!/bin/sh
@@ -53,6 +57,11 @@ _PROJECT = """([name, point]) => {
     const box = mutable.canvas.getBoundingClientRect();
     return [box.x + (vector.x + 1) / 2 * box.width, box.y + (1 - vector.y) / 2 * box.height];
 }"""
+_RENDERER = """() => {
+    const context = window.__viserMutable.canvas.getContext('webgl2');
+    const names = context.getExtension('WEBGL_debug_renderer_info');
+    return context.getParameter(names.UNMASKED_RENDERER_WEBGL);
+}"""
 _SCENE = """() => window.__viserMutable && Object.entries(window.__viserMutable.nodeRefFromName)
     .filter(each => each[1]).map(each => each[0])"""
 
@@ -63,7 +72,7 @@ def chromium() -> str | None:
 
 
 @contextmanager
-def browsing(*flags: str) -> Iterator[Browser]:
+def browsing(renderer: str = 'swiftshader') -> Iterator[Browser]:
     """Provide a browser, of lower priority than the node that it shows."""
     path = chromium()
     assert path is not None, MISSING
@@ -72,7 +81,7 @@ def browsing(*flags: str) -> Iterator[Browser]:
         start.write_text(_START.format(path=path))
         start.chmod(0o755)
         browser = playwright.chromium.launch(
-            executable_path=start, args=list(flags or _FLAGS), timeout=1e3 * PATIENCE
+            executable_path=start, args=list(RENDERERS[renderer]), timeout=1e3 * PATIENCE
         )
         try:
             yield browser
@@ -110,6 +119,10 @@ class View:
     def wait_for_text(self, text: str) -> None:
         """Wait until the page shows a text."""
         self.page.get_by_text(text).first.wait_for()
+
+    def renderer(self) -> str:
+        """Return what draws the scene."""
+        return self.page.evaluate(_RENDERER)
 
     def corners(self, name: str) -> np.ndarray:
         """Return the corners of a mesh, m, shape (count, 3)."""

@@ -1,11 +1,11 @@
 """
 Taichi: a kernel that gathers the twelve neighbours, on one thread of the CPU.
 
-Position Verlet in single precision, with the substeps of `Cloth`.  As in Taichi's cloth tutorial,
-positions and velocities are fields of vectors, and the offsets of the neighbours are constants
-of the kernel (`ti.static`), so that their loop is unrolled.  Unlike there, one launch makes all
-substeps of a tick, which is 3.7 times as fast at 16 × 16 and 1.2 times at 64 × 64.  Masses and
-springs at the edges are as inside.
+Position Verlet in single precision, with substeps that are stable in every state.  As in Taichi's
+cloth tutorial, positions and velocities are fields of vectors, and the offsets of the neighbours
+are constants of the kernel (`ti.static`), so that their loop is unrolled.  Unlike there, one
+launch makes all substeps of a tick, which is 3.7 times as fast at 16 × 16 and 1.2 times at
+64 × 64.  Masses and springs at the edges are as inside.
 
 The tutorial stops particles that are inside a sphere.  Here a particle may approach a table or box
 only as far as to its thickness in the next substep, with Coulomb friction.  Particles alone are

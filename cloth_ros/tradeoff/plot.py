@@ -16,6 +16,7 @@ from . import recommendation
 
 # Colours that people with any colour vision tell apart; marks differ in shape, too.
 _COLOURS = {'position_verlet': '#0072b2', 'auto': '#b84a00'}
+_AT_BOUND = '#00785a'
 _OTHER = '#6b4e71'
 _REFUSED = 0.4  # opacity
 # Where a label may lie beside its mark, in points, in the order of preference.
@@ -52,7 +53,7 @@ def draw(result: dict[str, Any], folder: Path) -> None:
 def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) -> None:
     for entry in known:
         setting = entry['setting']
-        colour = _COLOURS.get(setting['method'], _OTHER)
+        mark, size, colour = _style(entry)
         single = setting['precision'] == 'single'
         wall = entry['wall']
         spread = [[wall['median'] - wall['least']], [wall['greatest'] - wall['median']]]
@@ -60,14 +61,15 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
             wall['median'],
             1e3 * recommendation.error(entry),
             xerr=spread,
-            fmt='*' if setting['method'] == 'auto' else 'o',
-            markersize=13 if setting['method'] == 'auto' else 7,
+            fmt=mark,
+            markersize=size,
             color=colour,
             markerfacecolor=colour if single else 'white',
             elinewidth=1,
             alpha=_REFUSED if entry['refused'] else 1.0,
             zorder=3,
         )
+    _join_pairs(axes, result)
     best = recommendation.frontier(recommendation.candidates(result))
     axes.plot(
         [recommendation.cost(entry) for entry in best],
@@ -96,11 +98,35 @@ def _draw_known(axes: Any, known: list[dict[str, Any]], result: dict[str, Any]) 
     _mark_tolerances(axes, known)
 
 
+def _style(entry: dict[str, Any]) -> tuple[str, float, str]:
+    """Return mark, its size in points, and colour of a setting."""
+    method = entry['setting']['method']
+    if not recommendation.follows_state(entry):
+        return 'D', 7.0, _AT_BOUND
+    colour = _COLOURS.get(method, _OTHER)
+    return ('*', 13.0, colour) if method == 'auto' else ('o', 7.0, colour)
+
+
+def _join_pairs(axes: Any, result: dict[str, Any]) -> None:
+    """Join settings that differ only in whether substeps follow the state."""
+    for entry in result['settings']:
+        other = recommendation.without_following(entry, result)
+        if other is None or other is entry or not (entry['error'] and other['error']):
+            continue
+        axes.plot(
+            [recommendation.cost(each) for each in (other, entry)],
+            [1e3 * recommendation.error(each) for each in (other, entry)],
+            color=_AT_BOUND, linewidth=1, zorder=2,
+        )  # fmt: skip
+
+
 def _mark_tolerances(axes: Any, known: list[dict[str, Any]]) -> None:
     """Label every star with its tolerances, mm."""
     stars: dict[tuple[str, float], list[dict[str, Any]]] = {}
     for entry in known:
-        if entry['setting']['method'] == 'auto' and not entry['setting']['substeps']:
+        setting = entry['setting']
+        automatic = setting['method'] == 'auto' and not setting['substeps']
+        if automatic and recommendation.follows_state(entry):
             key = (entry['setting']['precision'], recommendation.error(entry))
             stars.setdefault(key, []).append(entry)
     occupied = [box for entry in known for box in _boxes(axes, entry)]
@@ -178,6 +204,11 @@ def _explain(axes: Any, result: dict[str, Any]) -> None:
             markersize=11 if method == 'auto' else 7,
             label=_NAMES.get(method, method.replace('_', ' ')),
         )
+    if not all(map(recommendation.follows_state, result['settings'])):
+        axes.plot(
+            [], [], 'D-', color=_AT_BOUND, markersize=7, linewidth=1,
+            label='substeps fixed at the bound',
+        )  # fmt: skip
     for colour, precision in (('#444444', 'single'), ('white', 'double')):
         axes.plot(
             [], [], 'o', color='#444444', markerfacecolor=colour, markersize=7,

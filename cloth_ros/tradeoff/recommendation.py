@@ -37,7 +37,8 @@ def usable(result: Entry) -> list[Entry]:
     """
     Return the candidates in which the solver chooses the number of substeps.
 
-    Fixed numbers serve for comparison only: they are not increased where the cloth moves fast.
+    Fixed numbers, and substeps that do not follow the state, serve for comparison only: the former
+    are not increased where the cloth moves fast.
     Of those that lead to the same substeps and the same error, to the last bit, one is returned:
     that of the smallest tolerance, and `single` where that is simulated in double precision too.
     """
@@ -45,9 +46,20 @@ def usable(result: Entry) -> list[Entry]:
     for entry in sorted(candidates(result), key=_promise):
         setting = entry['setting']
         steps = round(entry['substeps per tick'], 3)
-        if not setting['substeps']:
+        if not setting['substeps'] and follows_state(entry):
             found.setdefault((setting['method'], steps, error(entry)), entry)
     return list(found.values())
+
+
+def follows_state(entry: Entry) -> bool:
+    """Return whether the substeps of a setting follow the state of the cloth."""
+    return bool(entry['setting'].get('follows_state', True))  # as in older results
+
+
+def without_following(entry: Entry, result: Entry) -> Entry | None:
+    """Return the setting that differs only in that its substeps do not follow the state."""
+    wanted = {**entry['setting'], 'follows_state': False}
+    return next((each for each in result['settings'] if each['setting'] == wanted), None)
 
 
 def _promise(entry: Entry) -> tuple[float, bool]:

@@ -104,6 +104,38 @@ def _settings(result: Result) -> str:
     return table(head, rows)
 
 
+def _following(result: Result) -> str:
+    """Return each setting whose substeps follow the state, beside the same with the bound."""
+    rows, saved = [], []
+    best = recommendation.frontier(recommendation.candidates(result))
+    for entry in result['settings']:
+        other = recommendation.without_following(entry, result)
+        if other is None or other is entry:
+            continue
+        cells = [entry['label']]
+        for each in (other, entry):
+            found = each['error']
+            cells += [
+                f'{each["substeps per tick"]:.4g}',
+                _cost(each),
+                length(found['largest']) if found else '',
+                'yes' if each in best else '',
+            ]
+        rows.append(cells)
+        saved.append(1 - entry['substeps per tick'] / other['substeps per tick'])
+    if not rows:
+        return (
+            'The same, here: the tolerance, or a resolution that costs next to nothing, asks for '
+            'substeps that are shorter than those that are stable in every state.'
+        )
+    head = ['setting']
+    for name in ('bound', 'follow'):
+        head += [f'{name}: {each}' for each in ('substeps', 'cost [s/s]', 'error', 'frontier')]
+    low, high = percent(min(saved)), percent(max(saved))
+    share = low if low == high else f'{low} to {high}'
+    return f'{table(head, rows)}\n\nSubsteps that are saved: {share}.'
+
+
 def _rates(result: Result) -> str:
     rows = []
     for entry in result['rates']:
@@ -218,6 +250,15 @@ of the first two. "Within 1 % for": time until the distance from the reference e
 diagonal.
 
 {_settings(result)}
+
+## Substeps that follow the state
+
+"Bound": substeps are fixed at the length that is stable in every state of the cloth, and divided
+in fast motion only. "Follow", as `auto` chooses them: they are as long as the present state
+allows. Substeps are the mean per tick; "frontier": no other setting is both cheaper and more
+accurate.
+
+{_following(result)}
 
 ## Tick rate
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,8 +14,8 @@ from ..model.integrators import INTEGRATORS
 from ..model.integrators.integrator import SubstepBatch
 from ..model.stability import SAFETY
 from ..model.state import State
-from ..model.step_control import ConstantStep
-from ..model.time_step import stability_limit
+from ..model.step_control import AdaptiveStepControl, ConstantStep
+from ..model.time_step import stability_limit, substep_length, usual_substep
 from ..scene import Scene
 
 # Substeps per tick as multiples of the least stable number.  Factors below one are unstable, and
@@ -40,6 +40,9 @@ class Setting:
         m, for the solver's choice of substeps.
     rate
         Ticks per second, Hz.
+    follows_state
+        False for substeps that are stable in every state, instead of those that the solver chooses
+        by the present one: for comparison only, no parameter offers it.
 
     """
 
@@ -48,13 +51,15 @@ class Setting:
     substeps: int
     tolerance: float
     rate: float
+    follows_state: bool = True
 
     @property
     def label(self) -> str:
         """Short description for tables and progress."""
         if self.substeps:
             return f'{self.method}, {self.substeps} substeps, {self.precision}'
-        return f'{self.method}, tolerance {1e3 * self.tolerance:g} mm, {self.precision}'
+        text = f'{self.method}, tolerance {1e3 * self.tolerance:g} mm, {self.precision}'
+        return text if self.follows_state else f'{text}, substeps fixed at the bound'
 
     @property
     def parameters(self) -> dict[str, object]:
@@ -104,6 +109,24 @@ class FixedStepControl(ConstantStep):
         return (SubstepBatch(count, h),)
 
 
+class EveryStateStepControl(AdaptiveStepControl):
+    """
+    Step control of substeps that are stable in every state, divided where fast motion needs it.
+
+    Parameters
+    ----------
+    scene
+        Parameters.
+    division
+        Divides every substep.
+
+    """
+
+    def __init__(self, scene: Scene, *, division: int = 1) -> None:
+        super().__init__(scene, division=division)
+        self._present, self.adapt_interval = None, math.inf
+
+
 def make_cloth(scene: Scene, setting: Setting) -> Cloth:
     """
     Return the cloth of a scene with a setting.
@@ -112,7 +135,8 @@ def make_cloth(scene: Scene, setting: Setting) -> Cloth:
     unstable, the study has to see the consequence.
     """
     if not setting.substeps:
-        return Cloth(scene.with_parameters(setting.parameters))
+        chosen = AdaptiveStepControl if setting.follows_state else EveryStateStepControl
+        return Cloth(scene.with_parameters(setting.parameters), step_control=chosen)
     scene = scene.with_parameters({**setting.parameters, 'solver.substeps': 0})
     control = partial(FixedStepControl, substeps=setting.substeps)
     return Cloth(scene, step_control=control, energy_monitor=None)
@@ -122,6 +146,11 @@ def least_substeps(scene: Scene, method: str) -> int:
     """Return the least number of substeps per tick that is stable in every state of the cloth."""
     limit = stability_limit(scene.with_parameters({'solver.method': method}))
     return max(math.ceil(1 / (scene.rate * SAFETY * limit)), 1)
+
+
+def state_matters(scene: Scene) -> bool:
+    """Return whether substeps that follow the state of a cloth are longer than without."""
+    return usual_substep(scene) > substep_length(scene)
 
 
 def changed_pins(scene: Scene, resampled: Scene) -> list[str]:
@@ -151,7 +180,10 @@ def plan(scene: Scene, *, quick: bool) -> list[Setting]:
                 substeps = max(round(factor * least), 1)
                 settings.append(Setting(method, precision, substeps, 1e-3, scene.rate))
         for tolerance in _TOLERANCES:
-            settings.append(Setting('auto', precision, 0, tolerance, scene.rate))
+            setting = Setting('auto', precision, 0, tolerance, scene.rate)
+            settings.append(setting)
+            if state_matters(scene.with_parameters(setting.parameters)):
+                settings.append(replace(setting, follows_state=False))
     return list(dict.fromkeys(settings))
 
 

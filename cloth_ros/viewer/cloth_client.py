@@ -57,8 +57,6 @@ class ClothClient:
         Present poses of the colliders and grippers.
     grippers
         Services of the grippers.
-    wind
-        Last wind that was commanded by anyone, m/s.
     values, level, message
         Of the newest diagnostics: numbers as text by key.
     reports
@@ -71,7 +69,7 @@ class ClothClient:
         self.sheet: Sheet | None = None
         self.shapes: Shapes | None = None
         self.shapes_revision = 0
-        self.wind: Vector = (0.0, 0.0, 0.0)
+        self._commanded_wind: Vector | None = None
         self.values: dict[str, str] = {}
         self.level, self.message, self.reports = b'\0', '', 0
         self.problem = ''  # why particles cannot be shown
@@ -121,19 +119,21 @@ class ClothClient:
             changed = (*event.new_parameters, *event.changed_parameters, *event.deleted_parameters)
             if any(each.name.startswith(_DRAWN) for each in changed):
                 self._markers.request()
+            if any(each.name == 'wind.velocity' for each in changed):
+                self._commanded_wind = None
 
     def _on_wind(self, message: Vector3Stamped) -> None:
         velocity = message.vector.x, message.vector.y, message.vector.z
         own = time.monotonic() < self._wind_sent + ECHO
         foreign = message.header.frame_id not in ('', self.poses.frame_id)
         if all(map(math.isfinite, velocity)) and not own and not foreign:
-            self.wind = velocity
+            self._commanded_wind = velocity
 
     def _has_begun_again(self) -> None:
         """Read everything again: the cloth was reset, or its node was started again."""
         self.parameters.refresh()
         self._markers.request()
-        self.wind = self._initial_wind
+        self._commanded_wind = None
 
     # State
 
@@ -145,7 +145,10 @@ class ClothClient:
             return math.nan
 
     @property
-    def _initial_wind(self) -> Vector:
+    def wind(self) -> Vector:
+        """Wind that anyone has commanded last, m/s; until then that of the scene."""
+        if self._commanded_wind is not None:
+            return self._commanded_wind
         x, y, z = self.parameters.values.get('wind.velocity', (0.0, 0.0, 0.0))
         return float(x), float(y), float(z)
 
@@ -206,10 +209,7 @@ class ClothClient:
         if has_publisher and not self._had_publisher:
             self._has_begun_again()
         self._had_publisher = has_publisher
-        before = self.parameters.revision
         self.parameters.update(time.monotonic())
-        if before == 0 and self.parameters.revision > 0:
-            self.wind = self._initial_wind
         names = self.parameters.values.get('gripper.names', ())
         self.grippers.follow([each for each in names if each])
         shapes = self._markers.take()
@@ -236,7 +236,7 @@ class ClothClient:
 
     def set_wind(self, velocity: Vector) -> None:
         """Publish the velocity of the air, m/s."""
-        self.wind, self._wind_sent = velocity, time.monotonic()
+        self._commanded_wind, self._wind_sent = velocity, time.monotonic()
         message = Vector3Stamped()
         message.header.stamp = self._node.get_clock().now().to_msg()
         message.vector.x, message.vector.y, message.vector.z = velocity

@@ -13,8 +13,9 @@ from .pose import Pose, commanded_pose
 
 _COLOUR, _PLANE_COLOUR, _PIN_COLOUR = (74, 125, 196), (226, 228, 231), (242, 191, 38)
 _GRIPPER_COLOUR = (60, 160, 90)
-# Pins are drawn larger than their markers, up to this diameter, m.
-_PIN_ENLARGED, _LARGE_PIN = 1.6, 0.022
+# Pins are drawn larger than their markers, up to this diameter, m, but not smaller than a share of
+# the distance between them: those of fine grids would not be seen.
+_PIN_ENLARGED, _LARGE_PIN, _LEAST_SHARE = 1.6, 0.022, 0.014
 
 # Called with the name of a collider and the pose that the page commands.
 Move = Callable[[str, Pose], None]
@@ -82,6 +83,7 @@ class ColliderView:
     def _add_pins(self, shapes: Shapes) -> viser.SceneNodeHandle:
         own = shapes.pin_diameter
         diameter = min(_PIN_ENLARGED * own, max(own, _LARGE_PIN))
+        diameter = max(diameter, _LEAST_SHARE * float(np.ptp(shapes.pins, 0).max()))
         ball = trimesh.creation.icosphere(1, diameter / 2)
         count = len(shapes.pins)
         return self._scene.add_batched_meshes_simple(

@@ -12,7 +12,7 @@ from .cloth_client import ClothClient
 from .gripper_controls import GripperControls
 from .parameter_slider import ParameterSlider, Range
 from .scene_view import ClothView
-from .sheet_view import COLOURINGS, ONE_COLOUR, TWO_SIDES
+from .sheet_view import COLOURINGS, TWO_SIDES
 from .wind_controls import WindControls
 
 _STIFFNESS = (
@@ -26,7 +26,7 @@ _LOSSES = (
     Range('solver.tolerance', 'tolerance', 1e-5, 0.1, logarithmic=True),
 )
 _GREATEST_FRICTION = 1.5
-_COLOURS = (TWO_SIDES, ONE_COLOUR, *COLOURINGS)
+_COLOURS = (TWO_SIDES, *COLOURINGS)
 
 
 class Controls:
@@ -51,7 +51,6 @@ class Controls:
     ) -> None:
         self._gui, self._client, self._view, self._actions = gui, client, view, actions
         self._sliders: dict[str, ParameterSlider] = {}
-        self._has_colouring = False
         self._state = gui.add_html('')
         self._commands = gui.add_folder(None)
         with self._commands:
@@ -85,6 +84,10 @@ class Controls:
         with gui.add_folder('Appearance'):
             colours = gui.add_dropdown('colours', _COLOURS)
             self._legend = gui.add_html('', visible=False)
+            self._every = gui.add_checkbox(
+                'every particle', False, visible=False,
+                hint='off: of this large sheet, rows and columns are left out, which is faster',
+            )  # fmt: skip
             shown = gui.add_checkbox('show this cloth', True)
             handles = gui.add_checkbox('handles of colliders and grippers', True)
 
@@ -101,8 +104,12 @@ class Controls:
             visible = bool(handles.value)
             actions.put((name, 'handles'), lambda: view.colliders.show_handles(visible))
 
-        self._colours = colours
+        async def draw_every(_: viser.GuiEvent[Any]) -> None:
+            wanted = bool(self._every.value)
+            actions.put((name, 'every'), lambda: setattr(view.sheet, 'every_particle', wanted))
+
         colours.on_update(coloured)
+        self._every.on_update(draw_every)
         shown.on_update(show)
         handles.on_update(show_handles)
 
@@ -122,9 +129,7 @@ class Controls:
         self._wind.update()
         with self._grippers_folder:
             self._grippers_folder.visible = self._grippers.update() and commandable
-        if not self._has_colouring and self._view.sheet.colouring:
-            self._has_colouring = True
-            self._colours.value = self._view.sheet.colouring  # type: ignore[misc]
+        self._every.visible = self._view.sheet.is_large
         self._legend.content = self._view.sheet.legend
         self._legend.visible = bool(self._view.sheet.legend)
         self._update_sliders()

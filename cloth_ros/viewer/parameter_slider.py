@@ -131,7 +131,10 @@ class ParameterSlider:
         if abs(position - self._slider.value) > 0.51 * self._slider.step:
             self._slider.value = max(position, self._slider.min)  # type: ignore[misc]
         self._slider.label = self._label(float(value))
-        self._slider.hint = self._client.parameters.descriptions.get(self._range.name)
+        hint = self._client.parameters.descriptions.get(self._range.name)
+        if hint and self._range.logarithmic:
+            hint += '; the number beside the slider is the exponent of ten: -3 is 0.001 m'
+        self._slider.hint = hint
 
     def remove(self) -> None:
         """Remove it from the page."""

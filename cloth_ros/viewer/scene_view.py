@@ -13,7 +13,7 @@ from .cloth_client import ClothClient
 from .collider_view import ColliderView
 from .particles import Sheet
 from .sheet_view import SheetView
-from .wind_view import WindView
+from .wind_view import WindView, place_of_wind
 
 _DISTANCE = 2.0  # of the camera, in diagonals of the sheet
 _FIELD_OF_VIEW = 0.75  # rad, vertical
@@ -127,7 +127,7 @@ class ClothView:
         self._root.visible = visible
 
     def points(self) -> NDArray[np.float64]:
-        """Return particles, and colliders nearby, that the camera should show, m, (count, 3)."""
+        """Return what the camera should show, m, (count, 3): sheet, colliders near it, wind."""
         sheet = self._client.sheet
         if sheet is None:
             return np.empty((0, 3))
@@ -135,17 +135,21 @@ class ClothView:
         near, middle = _NEAR * float(np.ptp(particles, 0).max()), particles.mean(0)
         places = [pose.position for pose in self._client.poses.present.values()]
         places = [each for each in places if math.dist(each, middle) < near]
-        return np.concatenate([particles, np.reshape(places, (-1, 3))])
+        return np.concatenate([particles, np.reshape(places, (-1, 3)), [place_of_wind(sheet)]])
 
     def draw(self, sheet: Sheet | None) -> None:
         """Draw what has changed: a new state, colliders, wind."""
         client = self._client
+        if sheet is None and self.sheet.is_empty:  # the colours have changed, and no state comes
+            sheet = client.sheet
         if sheet is not None:
             self.sheet.spacing = client.spacing
             self.sheet.draw(sheet)
         if client.shapes is not None and client.shapes_revision != self._shapes_revision:
             self._shapes_revision = client.shapes_revision
             self.colliders.show(client.shapes)
+            if client.sheet is not None:
+                self._wind.place(client.sheet)
         while client.poses.moved:
             name = client.poses.moved.pop()
             self.colliders.place(name, client.poses.present[name])

@@ -80,6 +80,18 @@ def cell_speed(velocities: Floats) -> Floats:
     return mean
 
 
+def every(count: int, step: int) -> NDArray[np.intp]:
+    """Return the numbers of each `step`-th of `count` rows or columns, and of the last one."""
+    return np.append(np.arange(0, count - 1, step), count - 1)
+
+
+def largest_of_cells(values: Floats, step: int) -> Floats:
+    """Return the largest value in each block of `step` × `step` cells, fewer at the end."""
+    for axis, count in enumerate(values.shape):
+        values = np.maximum.reduceat(values, np.arange(0, count, step), axis=axis)
+    return values
+
+
 class Part(NamedTuple):
     """
     Triangles of one colour.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +10,22 @@ import viser
 
 from .colour_scale import VIRIDIS, ColourScale, legend
 from .particles import Sheet
-from .sheet_mesh import Part, cell_speed, cell_stretch, edge_lengths, split_by_level, triangles
+from .sheet_mesh import (
+    Part,
+    cell_speed,
+    cell_stretch,
+    edge_lengths,
+    every,
+    largest_of_cells,
+    split_by_level,
+    triangles,
+)
 
 UPPER, LOWER = (204, 56, 51), (214, 158, 71)
-TWO_SIDES, ONE_COLOUR = 'two sides', 'one colour'
-# Larger sheets begin in one colour: a mesh has a single colour, and two meshes are twice the work.
-_LARGE = 10_000  # particles
+TWO_SIDES = 'two sides'
+# Of larger sheets every second row and column is drawn, or fewer: without a graphics processor the
+# time for a picture grows with the triangles, and on a page smaller ones are not seen.
+_MOST_DRAWN = 10_000  # particles
 
 
 # A triangle without area: a mesh that shows nothing.
@@ -40,7 +51,7 @@ class SheetView:
     Draw the newest state of a sheet.
 
     viser sends the arrays that were assigned and nothing else: of a plain sheet the positions
-    only, once per colour.
+    only, once per side.
 
     Parameters
     ----------
@@ -59,7 +70,8 @@ class SheetView:
     def __init__(self, scene: viser.SceneApi, path: str) -> None:
         self.spacing: tuple[float, float] | None = None
         self._scene, self._path = scene, path
-        self._colouring = ''
+        self._colouring = TWO_SIDES
+        self._every_particle = False
         self._shape = (0, 0)
         self._meshes: list[viser.MeshHandle] = []
         self._scale = ColourScale(1.0)
@@ -67,7 +79,7 @@ class SheetView:
 
     @property
     def colouring(self) -> str:
-        """`TWO_SIDES`, `ONE_COLOUR`, or a key of `COLOURINGS`; empty before the first state."""
+        """`TWO_SIDES`, or a key of `COLOURINGS`."""
         return self._colouring
 
     @colouring.setter
@@ -77,6 +89,26 @@ class SheetView:
             self._remove()
             if name in COLOURINGS:
                 self._scale = ColourScale(COLOURINGS[name].least_scale)
+
+    @property
+    def is_empty(self) -> bool:
+        """True while nothing is drawn."""
+        return not self._meshes
+
+    @property
+    def is_large(self) -> bool:
+        """True if not every particle is drawn unless `every_particle` is set."""
+        return math.prod(self._shape) > _MOST_DRAWN
+
+    @property
+    def every_particle(self) -> bool:
+        """True to draw every particle of large sheets, too."""
+        return self._every_particle
+
+    @every_particle.setter
+    def every_particle(self, wanted: bool) -> None:
+        self._every_particle = wanted
+        self._choose_particles()
 
     @property
     def legend(self) -> str:
@@ -92,25 +124,30 @@ class SheetView:
             self._remove()
             return
         if sheet.shape != self._shape:
-            self._remove()
             self._shape = sheet.shape
-            self._cells = triangles(*sheet.shape)
+            self._choose_particles()
             along_rows, along_columns = edge_lengths(sheet.positions)
             self._first_spacing = float(np.median(along_rows)), float(np.median(along_columns))
-        if not self._colouring:
-            self._colouring = ONE_COLOUR if np.prod(sheet.shape) > _LARGE else TWO_SIDES
         if self._colouring in COLOURINGS:
             self._draw_levels(sheet)
         else:
             self._draw_plain(sheet)
 
+    def _choose_particles(self) -> None:
+        self._remove()
+        if min(self._shape) < 2:
+            return
+        draw_all = self._every_particle or not self.is_large
+        self._step = 1 if draw_all else math.ceil(math.sqrt(math.prod(self._shape) / _MOST_DRAWN))
+        rows, columns = (every(count, self._step) for count in self._shape)
+        self._drawn = np.ix_(rows, columns)
+        self._cells = triangles(len(rows), len(columns))
+
     def _draw_plain(self, sheet: Sheet) -> None:
-        vertices = sheet.positions.reshape(-1, 3)
+        vertices = sheet.positions[self._drawn].reshape(-1, 3)
         if not self._meshes:
             faces = self._cells.reshape(-1, 3)
             sides = [('upper', UPPER, 'front'), ('lower', LOWER, 'back')]
-            if self._colouring == ONE_COLOUR:
-                sides = [('upper', UPPER, 'double')]
             self._meshes = [
                 self._mesh(name, Part(vertices, faces), colour, side)
                 for name, colour, side in sides
@@ -126,7 +163,11 @@ class SheetView:
             values = 100 * cell_stretch(sheet.positions, self.spacing or self._first_spacing)
         self._scale.follow(float(values.max()))
         parts = split_by_level(
-            sheet.positions, self._cells, values, self._scale.greatest, len(VIRIDIS)
+            sheet.positions[self._drawn],
+            self._cells,
+            largest_of_cells(values, self._step),
+            self._scale.greatest,
+            len(VIRIDIS),
         )
         if not self._meshes:
             self._meshes = [

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from .particles import Sheet
 from .pose import Vector
@@ -17,9 +18,19 @@ _LONGEST = 1.5  # m
 _STILL = 1e-3  # m/s
 
 
+def place_of_wind(sheet: Sheet) -> NDArray[np.float64]:
+    """Return the place of the head of the arrow, m: above the sheet."""
+    points = sheet.positions.reshape(-1, 3).astype(float)
+    low, high = points.min(0), points.max(0)
+    return np.array([*(low + high)[:2] / 2, high[2] + 0.2 * float((high - low).max())])
+
+
 class WindView:
     """
     Draw the wind that was commanded last.
+
+    The arrow stays above the place where the sheet was at the start: the wind may blow the sheet
+    out of the picture.
 
     Parameters
     ----------
@@ -40,9 +51,15 @@ class WindView:
             f'{path}/wind_speed', '', visible=False, anchor='bottom-center'
         )
         self._shown: Vector | None = None
+        self._end: NDArray[np.float64] | None = None
+
+    def place(self, sheet: Sheet) -> None:
+        """Place the arrow above a sheet, at a start or a reset."""
+        self._end, self._shown = place_of_wind(sheet), None
 
     def draw(self, wind: Vector, sheet: Sheet) -> None:
         """Draw the arrow along a velocity, m/s, if it has changed."""
+        end = self._end = place_of_wind(sheet) if self._end is None else self._end
         if wind == self._shown:
             return
         self._shown = wind
@@ -50,12 +67,7 @@ class WindView:
         self._arrow.visible = self._label.visible = speed > _STILL
         if speed <= _STILL:
             return
-        points = sheet.positions.reshape(-1, 3)
-        low, high = points.min(0), points.max(0)
-        size = float((high - low).max())
-        end = np.array([*(low + high)[:2] / 2, high[2] + 0.2 * size])
-        along = np.array(wind) * min(_SECONDS, _LONGEST / speed)
-        start = end - along
+        start = end - np.array(wind) * min(_SECONDS, _LONGEST / speed)
         self._arrow.points = np.array([[start, end]], np.float32)
         self._label.text = f'wind {speed:.1f} m/s'
         self._label.position = (start + end) / 2 + (0.0, 0.0, 0.06)

@@ -1,10 +1,13 @@
 """What a study runs: its settings, from which state, for how long and with which inputs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from cloth_ros import Scene
 from cloth_ros.model.resample import resample_scene
+from cloth_ros.model.time_step import substep_length
 from cloth_ros.tradeoff.cache import Cache
 from cloth_ros.tradeoff.run import Scenario, simulate, state_at, touches_sphere
 from cloth_ros.tradeoff.schedule import Options, Schedule, start_time
@@ -32,6 +35,25 @@ def test_every_setting_starts_from_the_same_state():
         next(Scenario(0.1, 1 / 30, start).ticks(cloth))
         np.testing.assert_allclose(cloth.positions, expected, atol=1e-6)
         assert cloth.time == start.time
+
+
+def test_substeps_that_follow_the_state_are_compared_with_those_that_do_not():
+    """Where the state matters only: small sheets have shorter substeps for other reasons."""
+    assert all(setting.follows_state for setting in plan(SMALL, quick=False))
+    scene = SMALL.with_parameters({'sheet.rows': 36, 'sheet.columns': 36})
+    settings = plan(scene, quick=True)
+    fixed_ones = [setting for setting in settings if not setting.follows_state]
+    assert {setting.tolerance for setting in fixed_ones} == {1e-2, 1e-3}
+    for setting in fixed_ones[:1]:
+        following = replace(setting, follows_state=True)
+        assert following in settings
+        counts = []
+        for each in (setting, following):
+            cloth = make_cloth(scene, each)
+            cloth.advance(1 / 60)
+            counts.append(cloth.substeps)
+        assert counts[0] == round(1 / (60 * substep_length(scene)))
+        assert counts[1] < counts[0]
 
 
 def test_the_sphere_arrives_in_time_and_every_sample_is_taken():

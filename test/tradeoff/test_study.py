@@ -119,6 +119,22 @@ def test_only_stable_settings_are_recommended_as_a_scene_takes_them(study, tmp_p
         assert (solver.substeps, solver.tolerance) == (0, entry['setting']['tolerance'])
 
 
+def test_substeps_that_do_not_follow_the_state_are_shown_and_not_recommended(study, tmp_path):
+    assert 'The same, here' in report.page(study[1])  # no pair for so small a sheet
+    both = copy.deepcopy(study[1])
+    own = both['settings'][0]
+    other = copy.deepcopy(own)
+    other['setting']['follows_state'] = False
+    other['substeps per tick'] = 1.25 * own['substeps per tick']
+    other['wall'] = {name: value / 2 for name, value in own['wall'].items()}
+    both['settings'].append(other)
+    assert 'Substeps that are saved: 20 %.' in report.page(both)
+    assert other in recommendation.candidates(both)
+    assert other not in recommendation.usable(both)
+    plot.draw(both, tmp_path)
+    assert 'substeps fixed at the bound' in (tmp_path / 'work_precision.svg').read_text()
+
+
 @pytest.mark.parametrize('horizon', [0.0, 0.1])
 def test_where_the_reference_does_not_converge_no_error_is_reported(study, tmp_path, horizon):
     partly = copy.deepcopy(study[1])

@@ -162,9 +162,11 @@ def test_a_signal_ends_the_viewer(start_viewer):
 
 
 @pytest.mark.slow
-def test_a_setting_by_others_is_shown(start_cloth, view, probe):
-    start_cloth(**CURTAIN)
+def test_what_the_scene_and_others_set_is_shown(start_cloth, view, probe):
+    start_cloth(**CURTAIN, wind__velocity='[0.0, 3.5, 0.0]')
     view.wait_for_text('structural')
+    view.wait_for(view.page.locator('input[value="3.5"]').count)
+    assert '/cloths/cloth/wind' in view.nodes()
     assert set_parameters(probe, springs__structural=777.0)[0].successful
     shown = view.page.locator('input[value="777"]')
     view.wait_for(shown.count)

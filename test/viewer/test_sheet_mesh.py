@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from cloth_ros.viewer.colour_scale import ColourScale, round_up
-from cloth_ros.viewer.sheet_mesh import cell_speed, cell_stretch, split_by_level, triangles
+from cloth_ros.viewer.sheet_mesh import (
+    cell_speed,
+    cell_stretch,
+    every,
+    largest_of_cells,
+    split_by_level,
+    triangles,
+)
 
 
 def flat(rows, columns):
@@ -45,6 +52,19 @@ def test_parts_of_all_levels_are_the_sheet():
         area.append(normal[:, 2].sum() / 2)
     assert area == [5, 5, 5, 9]  # of values below 5, 10, 15; the last level has what is above
     assert split_by_level(points, cells, values + 5, 100.0, 4)[3] is None
+
+
+@pytest.mark.parametrize('step', [1, 2, 3, 10])
+@pytest.mark.parametrize('shape', [(2, 9), (8, 7)])
+def test_rows_and_columns_are_left_out_but_no_edge_and_no_large_value(shape, step):
+    rows, columns = (every(count, step) for count in shape)
+    assert (rows[0], rows[-1], columns[-1]) == (0, shape[0] - 1, shape[1] - 1)
+    assert np.diff(columns).max() <= step
+    values = np.arange((shape[0] - 1) * (shape[1] - 1), dtype=np.float32)
+    largest = largest_of_cells(values.reshape(shape[0] - 1, shape[1] - 1), step)
+    assert largest.shape == (len(rows) - 1, len(columns) - 1)
+    assert largest.max() == values.max()
+    assert (largest[0, 0] == 0) == (step == 1)
 
 
 @pytest.mark.parametrize(('value', 'rounded'), [(0.3, 0.5), (1.0, 1.0), (2.1, 5.0), (70, 100)])
