@@ -116,11 +116,14 @@ class KickDrift:
             separate,
             dtype is np.float64,
             gripping=grippers is not None,
-            sweeping=self_contact is not None,
         )
         self._kernel = compose()
         with_contact = functools.partial(compose, kinds=kinds, several=several)
         self._contact_kernel = with_contact() if kinds else self._kernel
+        # For batches with contact of the sheet with itself: others cost no more than without it.
+        self._sweeping_kernel = self._kernel
+        if self_contact is not None:
+            self._sweeping_kernel = with_contact(sweeping=True)
         self._tables: dict[tuple[bool, tuple[Step, ...]], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
@@ -148,7 +151,7 @@ class KickDrift:
             rows = [row for step in steps for row in self.operations(step, sweeps=sweeps)]
             table = self._tables[sweeps, steps] = np.array(rows)
         grips = () if self._grippers is None else self._grippers.table(state, steps)
-        self.run(state, table, air_velocity, contacts, grips)
+        self.run(state, table, air_velocity, contacts, grips, sweeps=sweeps)
 
     def mark(self) -> Any:
         """Return what `apply` changes besides the state, for `go_back`."""
@@ -175,6 +178,12 @@ class KickDrift:
     def resolve_contact(self, state: State, h: float, contacts: ContactTable) -> None:
         """Resolve the contact of a state that has just drifted for `h` s."""
         self.run(state, np.array([(kernel.RESOLVE, 1.0, 0.0, h, 0.0, 0.0)]), _STILL, contacts)
+
+    def warm_up_sweeps(self, state: State) -> None:
+        """Compile the kernel of contact of the sheet with itself, if the scene has that."""
+        if self._self_contact is not None:
+            table = np.array([(kernel.SWEEP_BETWEEN, 1.0, 0.0, 0.0, 0.0, 0.0)])
+            self.run(state, table, _STILL, sweeps=True)
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; needs `separate`."""
@@ -223,14 +232,20 @@ class KickDrift:
         air_velocity: Vector,
         contacts: ContactTable | None = None,
         grips: tuple[Any, ...] = (),
+        *,
+        sweeps: bool = False,
     ) -> None:
-        """Run the operations of a table, shape (n, 6)."""
+        """Run the operations of a table, shape (n, 6); `sweeps` if some are such."""
         if self._grippers is not None:
             grips = grips or self._grippers.unmoved
         x, y, z = air_velocity
         number = state.dtype
+        chosen = self._kernel if contacts is None else self._contact_kernel
+        sheet_contacts: tuple[Any, ...] = ()
+        if sweeps and self._self_contact is not None:
+            chosen, sheet_contacts = self._sweeping_kernel, self._self_contact.in_kernel
         self._threads.run(
-            self._kernel if contacts is None else self._contact_kernel,
+            chosen,
             *self._range,
             table,
             state.position,
@@ -246,7 +261,7 @@ class KickDrift:
             self.work,
             self._no_contacts if contacts is None else contacts,
             grips,
-            () if self._self_contact is None else self._self_contact.in_kernel,
+            sheet_contacts,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
             state.position, state.back_buffer = state.back_buffer, state.position

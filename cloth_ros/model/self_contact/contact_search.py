@@ -27,8 +27,8 @@ from .supports import UNSUPPORTED
 
 # Least reach, in thicknesses: within it, pairs are in contact before they are too near.
 REACH = 1.25
-# Distance at which pairs are in contact, in distances at rest, even if they do not approach: the
-# vibrations of springs may let them.
+# Distance, in thicknesses, at which a vertex is in contact even if it does not approach:
+# vibrations of springs may let it.
 _NEAR = 1.1
 # Approach, in thicknesses, up to which edges are in contact only if they are near: the vertices of
 # layers that are as slow keep them apart.
@@ -206,16 +206,15 @@ def find_contacts(  # type: ignore[no-untyped-def]
             if count <= len(rows):
                 count = _without_repeated(particles, rows, numbers, count, faces, last)
         rest = _EDGES * thickness if edges else thickness
-        near = _NEAR * rest
+        near = rest if edges else _NEAR * thickness
         least = distances[p] - odometer
         if least >= rest + foreseen:
             continue
         i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        approach = 2.0 * max(motions[i], motions[j], motions[k], motions[h])
         reach = near
-        if not _beside(i, k, columns):
-            approach = 2.0 * max(motions[i], motions[j], motions[k], motions[h])
-            if not edges or approach > _SLOW * thickness:
-                reach = max(near, rest + min(approach, foreseen))
+        if not edges or approach > _SLOW * thickness:
+            reach = max(near, rest + min(approach, foreseen))
         if least >= reach:
             continue
         nx, ny, nz = (
@@ -224,7 +223,9 @@ def find_contacts(  # type: ignore[no-untyped-def]
             np.float64(normals[p, 2]),
         )
         gap = separation(now, edges, i, j, k, h, nx, ny, nz)
-        if gap > reach * (1.0 + _ROUNDING):
+        if gap > reach * (1.0 + _ROUNDING) or (
+            gap > near * (1.0 + _ROUNDING) and _beside(i, k, columns)
+        ):
             distances[p] = gap + offset
             continue
         d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
@@ -234,6 +235,8 @@ def find_contacts(  # type: ignore[no-untyped-def]
         if d >= reach or (edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0)):
             continue
         if d >= near:
+            if _beside(i, k, columns):
+                continue
             expected = 0.0
             for axis, component in enumerate((nx, ny, nz)):
                 origin = ahead[i, axis]

@@ -21,8 +21,8 @@ _FLAT = 1.02 * REACH
 _LEAST_CHANGE, _MOST_CHANGE = 0.04, 0.3
 # Share by which edges may change more than they have: the vibrations of springs do not grow.
 _MORE_CHANGE = 1.5
-# Margin of a list for the motion of particles, in thicknesses, at least and at most: the next layer
-# but one is out of reach.  And of a short list at most, in spacings.
+# Margin of a list for the motion of particles, in thicknesses, at least and at most: the next
+# layer but one is out of reach.  And of a short list at most, in spacings.
 _LEAST_MARGIN, _MOST_MARGIN, _MOST_IF_SHORT = 0.3, 0.7, 4.0
 # Parts for which a list is made, at least, and at most if it is short; in pairs of cells, in units
 # of the number of particles.
