@@ -39,7 +39,9 @@ def _kept(scene: Scene, precision: str) -> int:
     contact = (12 + 5 * 8) * bool(scene.all_colliders())
     # Numbers about each held particle, at most all of them.
     grips = 8 * 26 * bool(scene.grippers)
-    return components * (8 if precision == 'double' else 4) + contact + grips
+    # Copies of particles, bounds of features and blocks, and 40 pairs of features: four layers.
+    own = (8 * 70 + 8 * 60 + 36 * 40) * (scene.self_contact.thickness > 0)
+    return components * (8 if precision == 'double' else 4) + contact + grips + own
 
 
 def of_cloth(scene: Scene) -> int:

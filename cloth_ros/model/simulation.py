@@ -341,6 +341,7 @@ class Simulation:
         self._idle(1)
         max_speed(self.state)
         self.interactions.warm_up(self.state)
+        self._kick_drift.warm_up_sweeps(self.state)
         if self._monitor is not None:
             self._monitor.begin_batch(self.state)
 

@@ -27,7 +27,6 @@ from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
-from ..time_step import CHECK_INTERVAL, ROUNDING
 from .contact_snapshot import ContactSnapshot
 from .contact_table import no_contacts
 from .interfaces import Drift, Kicks, Observer
@@ -105,13 +104,12 @@ class Contact:
 
     # An advance
 
-    def longest_part(self, state: State, h: float) -> int:
-        """Return how many of the next substeps of `h` s may be made as one batch."""
-        count = max(math.ceil((1 - ROUNDING) * LONGEST / h), CHECK_INTERVAL)
+    def longest_batch(self, state: State) -> float:
+        """Return the duration, s, up to which substeps may be made as one batch; 0: a short one."""
         colliders = self.colliders.values()
-        moved = count * h * max([each.surface_speed(state.origin) for each in colliders])
+        moved = LONGEST * max([each.surface_speed(state.origin) for each in colliders])
         calm = moved < _FAST * self._rho and not self._patience  # False for NaN
-        return count if calm and True not in [e.grows for e in colliders] else CHECK_INTERVAL
+        return LONGEST if calm and True not in [e.grows for e in colliders] else 0.0
 
     def begin_advance(self, state: State, time: float, seconds: float, inputs: Inputs) -> None:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""

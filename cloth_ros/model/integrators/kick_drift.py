@@ -24,6 +24,7 @@ from ..forces import aerodynamics, springs
 from ..grid import Array, Grid
 from ..grippers.grippers import Grippers
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
+from ..self_contact.self_contact import SelfContact
 from ..state import State
 from . import kick_drift_kernel as kernel
 from .integrator import Step
@@ -66,6 +67,8 @@ class KickDrift:
         True if it may touch more than one collider.
     grippers
         Hold particles in each drift; None: the scene has none.
+    self_contact
+        Contact of the sheet with itself, after each kick and drift; None: the scene has none.
 
     Attributes
     ----------
@@ -89,8 +92,9 @@ class KickDrift:
         kinds: frozenset[int] = frozenset(),
         several: bool = False,
         grippers: Grippers | None = None,
+        self_contact: SelfContact | None = None,
     ) -> None:
-        self._separate, self._grippers = separate, grippers
+        self._separate, self._grippers, self._self_contact = separate, grippers, self_contact
         present = {family.name for family in springs.spring_families(scene)}
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
@@ -116,7 +120,11 @@ class KickDrift:
         self._kernel = compose()
         with_contact = functools.partial(compose, kinds=kinds, several=several)
         self._contact_kernel = with_contact() if kinds else self._kernel
-        self._tables: dict[tuple[Step, ...], Array] = {}
+        # For batches with contact of the sheet with itself: others cost no more than without it.
+        self._sweeping_kernel = self._kernel
+        if self_contact is not None:
+            self._sweeping_kernel = with_contact(sweeping=True)
+        self._tables: dict[tuple[bool, tuple[Step, ...]], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
@@ -135,14 +143,15 @@ class KickDrift:
         contacts: ContactTable | None = None,
     ) -> None:
         """Make the kicks and drifts of `steps` in air of a velocity, m/s, with contact if any."""
-        table = self._tables.get(steps)
+        sweeps = self._self_contact is not None and self._self_contact.contacts > 0
+        table = self._tables.get((sweeps, steps))
         if table is None:
             if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
-            table = np.array([row for step in steps for row in self.operations(step)])
-            self._tables[steps] = table
+            rows = [row for step in steps for row in self.operations(step, sweeps=sweeps)]
+            table = self._tables[sweeps, steps] = np.array(rows)
         grips = () if self._grippers is None else self._grippers.table(state, steps)
-        self.run(state, table, air_velocity, contacts, grips)
+        self.run(state, table, air_velocity, contacts, grips, sweeps=sweeps)
 
     def mark(self) -> Any:
         """Return what `apply` changes besides the state, for `go_back`."""
@@ -170,6 +179,12 @@ class KickDrift:
         """Resolve the contact of a state that has just drifted for `h` s."""
         self.run(state, np.array([(kernel.RESOLVE, 1.0, 0.0, h, 0.0, 0.0)]), _STILL, contacts)
 
+    def warm_up_sweeps(self, state: State) -> None:
+        """Compile the kernel of contact of the sheet with itself, if the scene has that."""
+        if self._self_contact is not None:
+            table = np.array([(kernel.SWEEP_BETWEEN, 1.0, 0.0, 0.0, 0.0, 0.0)])
+            self.run(state, table, _STILL, sweeps=True)
+
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; needs `separate`."""
         table = np.array([(kernel.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)])
@@ -181,8 +196,18 @@ class KickDrift:
         self.work[:] = 0
         return work
 
-    def operations(self, step: Step) -> Iterator[tuple[float, ...]]:
-        """Yield the rows of the kernel's table for a step, see `kick_drift_kernel`."""
+    def operations(self, step: Step, *, sweeps: bool = False) -> Iterator[tuple[float, ...]]:
+        """
+        Yield the rows of the kernel's table for a step, see `kick_drift_kernel`.
+
+        With `sweeps`, contacts of the sheet with itself act after the kick.
+        """
+        yield from self._kick_and_drift(step)
+        if sweeps and step.kick is not None:
+            yield (kernel.SWEEP_SIDES, 1.0, 0.0, step.drift, 0.0, 0.0)
+            yield (kernel.SWEEP_BETWEEN, 1.0, 0.0, step.drift, 0.0, 0.0)
+
+    def _kick_and_drift(self, step: Step) -> Iterator[tuple[float, ...]]:
         h, drift, weight = step
         if h is None:
             yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
@@ -207,14 +232,20 @@ class KickDrift:
         air_velocity: Vector,
         contacts: ContactTable | None = None,
         grips: tuple[Any, ...] = (),
+        *,
+        sweeps: bool = False,
     ) -> None:
-        """Run the operations of a table, shape (n, 6)."""
+        """Run the operations of a table, shape (n, 6); `sweeps` if some are such."""
         if self._grippers is not None:
             grips = grips or self._grippers.unmoved
         x, y, z = air_velocity
         number = state.dtype
+        chosen = self._kernel if contacts is None else self._contact_kernel
+        sheet_contacts: tuple[Any, ...] = ()
+        if sweeps and self._self_contact is not None:
+            chosen, sheet_contacts = self._sweeping_kernel, self._self_contact.in_kernel
         self._threads.run(
-            self._kernel if contacts is None else self._contact_kernel,
+            chosen,
             *self._range,
             table,
             state.position,
@@ -230,6 +261,7 @@ class KickDrift:
             self.work,
             self._no_contacts if contacts is None else contacts,
             grips,
+            sheet_contacts,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
             state.position, state.back_buffer = state.back_buffer, state.position
