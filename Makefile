@@ -45,6 +45,7 @@ test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff format --check .
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports --no-cache
+	$(if $(PYTEST_ARGS),,$(VENV)/bin/python test/kernels.py)
 	$(VENV)/bin/python -m pytest $(WORKERS) -m 'not slow' $(PYTEST_ARGS)
 
 test-all: $(VENV)/.ready-test-$(ROS)

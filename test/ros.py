@@ -181,10 +181,14 @@ class Probe(Node):
         return held
 
     def spin_for(self, seconds: float) -> None:
-        """Handle messages for some seconds."""
-        end = time.monotonic() + seconds
+        """
+        Handle messages for some seconds, or a little longer.
+
+        The timeout stays the same: with another one, rclpy discards what it has waited for.
+        """
+        end, timeout = time.monotonic() + seconds, min(seconds, 0.05)
         while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=max(end - time.monotonic(), 0.001))
+            self._executor.spin_once(timeout_sec=timeout)
 
     def collect(self, kind: type, topic: str, depth: int = 100) -> list:
         """Return a list that fills with the messages of a topic."""

@@ -89,9 +89,106 @@ def load_row(rows, drift, n):  # type: ignore[no-untyped-def]
     return rotation, point, spin, velocity, others, constants
 
 
-def _particle_loop(distance: Kernel, moving: bool, several: bool) -> Kernel:
+@inlined
+def _respond(  # type: ignore[no-untyped-def]
+    i, gap, nx, ny, nz, x, y, z, position, back_buffer, velocity, former, mass, spin, surface,
+    limits, times, several, moving,
+):  # fmt: skip
     """
-    Return the loop for a shape, without what one collider, or one at rest, does not need.
+    Change velocity and position of a particle that a drift has brought into a collider.
+
+    One part for all shapes: it takes longest to compile.
+
+    Parameters
+    ----------
+    gap, nx, ny, nz
+        Distance from the surface, m, and its normal.
+    x, y, z
+        The particle after the drift, m, from the reference point.
+    spin, surface
+        As `load_row` returns them.
+    limits
+        Inset, growth, friction, slop, allowance and limit of the row.
+    times
+        Length of the drift, s, its reciprocal, and the share of a depth that is corrected in it.
+    several, moving
+        True if there is more than one collider, and if this one moves.
+
+    Returns
+    -------
+    float, float, float, float, float, float
+        Impulse, kg m/s, for cells of 1 kg; mass by which height it is raised, kg m; work of the
+        collider, J; and 1 if it is touched, else 0.
+
+    """
+    number = velocity.dtype.type
+    zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
+    s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
+    ux, uy, uz = surface
+    inset, growth, friction, slop, allowance, hard = limits
+    h, per_h, share = times
+    depth = slop - inset - gap
+    # Velocity of the surface, and relative to it.
+    p = q = r = zero
+    vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
+    p_was, q_was, r_was = former[0, i], former[1, i], former[2, i]
+    u, v, w = vx, vy, vz
+    if moving:
+        p = ux + s0 * x + s1 * y + s2 * z
+        q = uy + s3 * x + s4 * y + s5 * z
+        r = uz + s6 * x + s7 * y + s8 * z
+        p_was, q_was, r_was = p_was - p, q_was - q, r_was - r
+        u, v, w = vx - p, vy - q, vz - r
+    along = u * nx + v * ny + w * nz
+    was = p_was * nx + q_was * ny + r_was * nz
+    turned = u * p_was + v * q_was + w * r_was - along * was
+    u, v, w = u - along * nx, v - along * ny, w - along * nz
+    if moving:
+        along, was = along - growth, was - growth
+    touch = depth > zero and mass[i] > zero
+    # Before the kick; a push, and friction, must not add energy to what it was.
+    push = min(depth * per_h, max(-along - max(was, zero), zero))
+    push = push if touch else zero
+    # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
+    # a jump of the position would shake the springs.
+    left = max(depth - (slop + allowance) - push * h, zero)
+    left = max(share * left, left - hard)
+    left = left if touch else zero
+    squared = u * u + v * v + w * w
+    # At most the whole sliding velocity; the reciprocal root is fast.
+    root = one / np.sqrt(max(squared, tiny))
+    grip = min(friction * push * root, one)
+    # Not of a ghost either, whose numbers are too large for single precision.
+    grip = grip if touch and turned >= back * squared else zero
+    # 0 where nothing touches; so are the changes of velocity below.
+    tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
+    u, v, w = vx + tx, vy + ty, vz + tz
+    velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
+    ex, ey, ez = left * nx, left * ny, left * nz
+    if several:
+        # What another collider has moved the particle by in this drift is kept.
+        ax = back_buffer[0, i] - (position[0, i] + h * vx)
+        ay = back_buffer[1, i] - (position[1, i] + h * vy)
+        az = back_buffer[2, i] - (position[2, i] + h * vz)
+        moved = ax * ax + ay * ay + az * az > slop * slop
+        ex = ex + (ax if moved else zero)
+        ey = ey + (ay if moved else zero)
+        ez = ez + (az if moved else zero)
+    # From the position before the drift: a particle at rest stays there to the bit.
+    at_x = position[0, i] + h * u + ex
+    at_y = position[1, i] + h * v + ey
+    at_z = position[2, i] + h * w + ez
+    back_buffer[0, i] = at_x if touch else back_buffer[0, i]
+    back_buffer[1, i] = at_y if touch else back_buffer[1, i]
+    back_buffer[2, i] = at_z if touch else back_buffer[2, i]
+    tx, ty, tz = mass[i] * tx, mass[i] * ty, mass[i] * tz
+    work = max(p * tx + q * ty + r * tz, zero) if moving else zero
+    return tx, ty, tz, mass[i] * left, work, one if touch else zero
+
+
+def _particle_loop(distance: Kernel, several: bool) -> Kernel:
+    """
+    Return the loop for a shape, without what one collider alone does not need.
 
     `distance` is one of `shapes.by_kind.IN_LOOPS`.
     """
@@ -99,86 +196,30 @@ def _particle_loop(distance: Kernel, moving: bool, several: bool) -> Kernel:
     @inlined
     def loop(  # type: ignore[no-untyped-def]
         first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
-        gravity, h, sums, chunk,
+        gravity, h, sums, chunk, moving,
     ):  # fmt: skip
         number = velocity.dtype.type
-        zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
-        rotation, point, spin, surface, others, constants = load_row(rows, drift, n)
+        zero, one = number(0), number(1)
+        rotation, point, spin, surface, limits, constants = load_row(rows, drift, n)
         px, py, pz = point
-        s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
-        ux, uy, uz = surface
-        inset, growth, friction, slop, allowance, hard = others
-        allowed, per_h = slop + allowance, one / h
-        share = number(1.0 - np.exp(-np.float64(h) / _CORRECTED))
-        rounding = slop * slop
-        gx, gy, gz = gravity
-        weight = np.sqrt(gx * gx + gy * gy + gz * gz)  # at most, whatever the normal
+        times = (h, one / h, number(1.0 - np.exp(-np.float64(h) / _CORRECTED)))
         jx = jy = jz = lx = ly = lz = work = raised = touched = zero
         for i in range(first, last):
             x, y, z = back_buffer[0, i] - px, back_buffer[1, i] - py, back_buffer[2, i] - pz
             gap, nx, ny, nz = distance(x, y, z, rotation, constants, rho[i], fields, i - first)
-            depth = slop - inset - gap
-            # Velocity of the surface, and relative to it.
-            vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
-            p_was, q_was, r_was = former[0, i], former[1, i], former[2, i]
-            u, v, w = vx, vy, vz
-            if moving:
-                p = ux + s0 * x + s1 * y + s2 * z
-                q = uy + s3 * x + s4 * y + s5 * z
-                r = uz + s6 * x + s7 * y + s8 * z
-                p_was, q_was, r_was = p_was - p, q_was - q, r_was - r
-                u, v, w = vx - p, vy - q, vz - r
-            along = u * nx + v * ny + w * nz
-            was = p_was * nx + q_was * ny + r_was * nz
-            turned = u * p_was + v * q_was + w * r_was - along * was
-            u, v, w = u - along * nx, v - along * ny, w - along * nz
-            if moving:
-                along, was = along - growth, was - growth
-            touch = depth > zero and mass[i] > zero
-            # Before the kick; a push, and friction, must not add energy to what it was.
-            push = min(depth * per_h, max(-along - max(was, zero), zero))
-            push = push if touch else zero
-            # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
-            # a jump of the position would shake the springs.
-            left = max(depth - allowed - push * h, zero)
-            left = max(share * left, left - hard)
-            left = left if touch else zero
-            squared = u * u + v * v + w * w
-            # At most the whole sliding velocity; the reciprocal root is fast.
-            root = one / np.sqrt(max(squared, tiny))
-            grip = min(friction * push * root, one)
-            # Not of a ghost either, whose numbers are too large for single precision.
-            grip = grip if touch and turned >= back * squared else zero
-            # 0 where nothing touches; so are the changes of velocity below.
-            tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
-            u, v, w = vx + tx, vy + ty, vz + tz
-            velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-            ex, ey, ez = left * nx, left * ny, left * nz
-            if several:
-                # What another collider has moved the particle by in this drift is kept.
-                ax = back_buffer[0, i] - (position[0, i] + h * vx)
-                ay = back_buffer[1, i] - (position[1, i] + h * vy)
-                az = back_buffer[2, i] - (position[2, i] + h * vz)
-                moved = ax * ax + ay * ay + az * az > rounding
-                ex = ex + (ax if moved else zero)
-                ey = ey + (ay if moved else zero)
-                ez = ez + (az if moved else zero)
-            # From the position before the drift: a particle at rest stays there to the bit.
-            at_x = position[0, i] + h * u + ex
-            at_y = position[1, i] + h * v + ey
-            at_z = position[2, i] + h * w + ez
-            back_buffer[0, i] = at_x if touch else back_buffer[0, i]
-            back_buffer[1, i] = at_y if touch else back_buffer[1, i]
-            back_buffer[2, i] = at_z if touch else back_buffer[2, i]
-            tx, ty, tz = mass[i] * tx, mass[i] * ty, mass[i] * tz
+            tx, ty, tz, up, done, touch = _respond(
+                i, gap, nx, ny, nz, x, y, z, position, back_buffer, velocity, former, mass, spin,
+                surface, limits, times, several, moving,
+            )  # fmt: skip
             jx, jy, jz = jx + tx, jy + ty, jz + tz
             lx += y * tz - z * ty
             ly += z * tx - x * tz
             lz += x * ty - y * tx
-            raised += mass[i] * left
-            if moving:
-                work += max(p * tx + q * ty + r * tz, zero)
-            touched += one if touch else zero
+            raised += up
+            work += done
+            touched += touch
+        gx, gy, gz = gravity
+        weight = np.sqrt(gx * gx + gy * gy + gz * gz)  # at most, whatever the normal
         sums[n, chunk, 0] += jx
         sums[n, chunk, 1] += jy
         sums[n, chunk, 2] += jz
@@ -193,21 +234,9 @@ def _particle_loop(distance: Kernel, moving: bool, several: bool) -> Kernel:
 
 
 def _contact(kind: int, several: bool) -> Kernel:
-    """Return the contact of a range of particles with a shape, at rest or moving."""
-    distance = IN_LOOPS[kind]
-    loops = [_particle_loop(distance, moving, several) for moving in (False, True)]
-    if kind == mesh_distance.KIND:
-        loops = [_tiled(each) for each in loops]
-    still, moving = loops
-
-    @inlined
-    def choose(moves, *arguments):  # type: ignore[no-untyped-def]
-        if moves:
-            moving(*arguments)
-        else:
-            still(*arguments)
-
-    return choose
+    """Return the contact of a range of particles with a shape."""
+    loop = _particle_loop(IN_LOOPS[kind], several)
+    return _tiled(loop) if kind == mesh_distance.KIND else loop
 
 
 def _tiled(loop: Kernel) -> Kernel:
@@ -217,12 +246,12 @@ def _tiled(loop: Kernel) -> Kernel:
     @inlined
     def in_tiles(  # type: ignore[no-untyped-def]
         first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
-        gravity, h, sums, chunk,
+        gravity, h, sums, chunk, moving,
     ):  # fmt: skip
         rotation, point, _, _, _, constants = load_row(rows, drift, n)
         arguments = (
             position, back_buffer, velocity, former, mass, rho, rows, drift, n, gravity, h, sums,
-            chunk,
+            chunk, moving,
         )  # fmt: skip
         tiles(first, last, back_buffer, point, rotation, constants, fields, arguments)
 
@@ -300,9 +329,17 @@ def compose(kinds: Set[int], several: bool) -> Kernel:
                 while block < high and active[n, block]:
                     block += 1
                 last = min(np.uint64(begin + block * BLOCK), chunk_end)
-                contact(
-                    types[n], moves, first, last, fields, before, after, velocity, former, mass,
-                    rho, rows, number, n, gravity, h, sums, chunk,
-                )  # fmt: skip
+                # One of these becomes a loop without what a collider at rest does not need; plain
+                # constants would be compiled each for itself.
+                if moves:
+                    contact(
+                        types[n], first, last, fields, before, after, velocity, former, mass,
+                        rho, rows, number, n, gravity, h, sums, chunk, np.bool_(True),
+                    )  # fmt: skip
+                else:
+                    contact(
+                        types[n], first, last, fields, before, after, velocity, former, mass,
+                        rho, rows, number, n, gravity, h, sums, chunk, np.bool_(False),
+                    )  # fmt: skip
 
     return resolve

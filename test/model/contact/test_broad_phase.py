@@ -44,7 +44,7 @@ def compared_with_full_search() -> Iterator[Counter[str]]:
 @examples(0.15)
 @given(
     seed=seeds,
-    sides=st.tuples(st.integers(3, 12), st.integers(3, 12)) | st.sampled_from([(1, 5), (1, 1)]),
+    sides=st.tuples(st.integers(3, 12), st.integers(3, 12)),
     radius=st.sampled_from([0.003, 0.05, 0.3]),
     speed=st.sampled_from([0.1, 1.0, 10.0, 300.0]),
     precision=precisions,
@@ -55,7 +55,6 @@ def test_candidates_are_those_of_a_full_search(seed, sides, radius, speed, preci
     """While the sphere is thrown about in the middle of the sheet, in a wind that turns."""
     sheet = {'sheet__rows': sides[0], 'sheet__columns': sides[1], 'pins': [pins]}
     sphere = {'sphere__radius': radius, 'sphere__position': [0.0, 0.0, 0.5]}
-    precision = precision if min(sides) > 1 else 'single'
     cloth = cloth_of(**sheet, **sphere, solver__precision=precision)
     generator = np.random.default_rng(seed)
     with compared_with_full_search():
@@ -66,7 +65,7 @@ def test_candidates_are_those_of_a_full_search(seed, sides, radius, speed, preci
             cloth.move_sphere(cloth.sphere_position + way)
             cloth.advance(1 / 60)
             corners, clearance = triangles(cloth.positions), cloth.colliders['sphere'].clearance
-            if clearance > 0 and len(corners):
+            if clearance > 0:
                 distance = triangle_distances(corners, cloth.sphere_position).min()
                 assert distance - cloth.sphere_radius >= clearance - ROUNDING
 

@@ -10,7 +10,7 @@ from colliders import NAME, each_shape, solid, turn
 
 from cloth_ros import Cloth
 
-AIR = {'wind__air_density': 1.2, 'springs__damping': 0.005}
+AIR = {'wind__air_density': 1.2}
 
 
 @pytest.fixture(scope='session')

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from builders import ROOT, SPRINGS_ONLY, Disturbance, cloth_of, overwrite, scene_of
+from builders import NEGLIGIBLE_AIR, ROOT, SPRINGS_ONLY, Disturbance, cloth_of, overwrite, scene_of
 from geometry import ray_crossings, triangle_distances, triangles
 
 from cloth_ros import Cloth, Scene
@@ -151,7 +151,7 @@ def test_a_sphere_without_any_room_reports_its_penetration():
 
 def test_positions_commanded_between_two_advances_are_passed_in_their_order():
     """Around the edge of a sheet; the direct way leads through it."""
-    held = {**SPRINGS_ONLY, 'pins': [':,0', ':,-1', '0,:', '-1,:']}
+    held = {**SPRINGS_ONLY, **NEGLIGIBLE_AIR, 'pins': [':,0', ':,-1', '0,:', '-1,:']}
     cloth = sphere_cloth(0.05, 0, 0, 1.3, **held, sheet={'rows': 9, 'columns': 9})
     still = cloth.positions
     for corner in ((1.0, 0, 1.3), (1.0, 0, 0.7), (0, 0, 0.7)):
@@ -166,7 +166,8 @@ def test_positions_commanded_between_two_advances_are_passed_in_their_order():
 
 def test_many_positions_commanded_between_two_advances_are_passed_from_the_first_on():
     """Half a circle around the edge of a sheet; its chord leads through the sheet."""
-    cloth = sphere_cloth(0.05, 0, 0, 2.0, **SPRINGS_ONLY, sheet={'rows': 9, 'columns': 9})
+    free = {**SPRINGS_ONLY, **NEGLIGIBLE_AIR}
+    cloth = sphere_cloth(0.05, 0, 0, 2.0, **free, sheet={'rows': 9, 'columns': 9})
     still = cloth.positions
     for angle in np.linspace(0, math.pi, 1000):
         cloth.move_sphere((math.sin(angle), 0.0, 1 + math.cos(angle)))
