@@ -8,6 +8,7 @@ from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
 from .contact.shapes import shape_of
+from .precision import precision_for
 from .self_contact import scene_check as self_contact
 from .time_step import check_time_step
 
@@ -27,7 +28,7 @@ def check_scene(scene: object) -> None:
             'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
         )
     check_time_step(scene)
-    self_contact.check(scene)
+    self_contact.check(scene, precision_for(scene))
     memory.check(scene, memory.of_cloth(scene))
     for each in scene.colliders:
         shape_of(each, circumradius(scene))

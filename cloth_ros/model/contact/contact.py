@@ -105,7 +105,7 @@ class Contact:
     # An advance
 
     def longest_batch(self, state: State) -> float:
-        """Return the duration, s, up to which substeps may be made as one batch; 0: a short one."""
+        """Return the duration, s, up to which substeps may make one batch; 0: a short one."""
         colliders = self.colliders.values()
         moved = LONGEST * max([each.surface_speed(state.origin) for each in colliders])
         calm = moved < _FAST * self._rho and not self._patience  # False for NaN

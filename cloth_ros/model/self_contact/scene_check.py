@@ -6,16 +6,22 @@ import numpy as np
 
 from ...scene import Scene
 from ...scene.parameter import invalid_value_error
-from ..precision import precision_for
 from .intersections import least_thickness
 
 # Greatest thickness, in spacings: beyond it, neighbours in the flat sheet would touch.
 _MOST = 0.4
 
 
-def check(scene: Scene) -> None:
+def check(scene: Scene, precision: str) -> None:
     """
     Refuse a thickness that the grid or the precision cannot represent.
+
+    Parameters
+    ----------
+    scene
+        Thickness, and the sheet.
+    precision
+        'single' or 'double'.
 
     Raises
     ------
@@ -30,7 +36,7 @@ def check(scene: Scene) -> None:
         allowed = '0 for a sheet with a single row or column'
         raise invalid_value_error(name, thickness, allowed, f'write {name}: 0.0')
     most = _MOST * sheet.shortest_spacing
-    dtype = np.float64 if precision_for(scene) == 'double' else np.float32
+    dtype = np.float64 if precision == 'double' else np.float32
     least = least_thickness(sheet.diagonal, float(np.finfo(dtype).eps))
     if thickness > most:
         raise invalid_value_error(
