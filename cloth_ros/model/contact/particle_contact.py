@@ -142,10 +142,13 @@ def _respond(  # type: ignore[no-untyped-def]
     along = u * nx + v * ny + w * nz
     was = p_was * nx + q_was * ny + r_was * nz
     turned = u * p_was + v * q_was + w * r_was - along * was
-    u, v, w = u - along * nx, v - along * ny, w - along * nz
+    touch = depth > zero and mass[i] > zero
+    # Of what touches: the numbers of a ghost may be too large for single precision.
+    u = u - along * nx if touch else zero
+    v = v - along * ny if touch else zero
+    w = w - along * nz if touch else zero
     if moving:
         along, was = along - growth, was - growth
-    touch = depth > zero and mass[i] > zero
     # Before the kick; a push, and friction, must not add energy to what it was.
     push = min(depth * per_h, max(-along - max(was, zero), zero))
     push = push if touch else zero
@@ -158,8 +161,7 @@ def _respond(  # type: ignore[no-untyped-def]
     # At most the whole sliding velocity; the reciprocal root is fast.
     root = one / np.sqrt(max(squared, tiny))
     grip = min(friction * push * root, one)
-    # Not of a ghost either, whose numbers are too large for single precision.
-    grip = grip if touch and turned >= back * squared else zero
+    grip = grip if turned >= back * squared else zero
     # 0 where nothing touches; so are the changes of velocity below.
     tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
     u, v, w = vx + tx, vy + ty, vz + tz

@@ -83,6 +83,7 @@ def test_a_collider_that_moves_and_turns_stays_outside(
         cloth.advance(1 / 60)
         assert depth(cloth, body) < body.tolerance
     assert np.allclose(matrix(cloth.colliders[NAME].orientation), matrix(step) @ rotation)
+    assert cloth.rollbacks.damped == cloth.rollbacks.held == 0
 
 
 # Tunnelling
