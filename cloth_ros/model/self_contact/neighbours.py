@@ -17,8 +17,10 @@ from .particle_arrays import load_vectors
 # Distance of features, in thicknesses, in parts of the sheet that count as flat.
 _FLAT = 1.02 * REACH
 # Shares of what edges can lose before a flat sheet counts as one that is not flat: by which edges
-# may change, at least and at most, until the list is renewed.
-_LEAST_CHANGE, _MOST_CHANGE = 0.04, 0.3
+# may change until the list is renewed, at least, at most, and at most where that makes it much
+# shorter; and the share of its length that counts as much shorter.
+_CHANGES = (0.04, 0.3, 0.1)
+_SHORTER = 0.5
 # Share by which edges may change more than they have: the vibrations of springs do not grow.
 _MORE_CHANGE = 1.5
 # Motion of a tile, in thicknesses, for which a list is made at least and at most, unless it moves
@@ -70,7 +72,7 @@ class Neighbours:
         self._flat = max(_FLAT * thickness, 0.5 * NEAREST * self._far)
         self._spare, self._foreseen = self._reach - thickness, foreseen
         room = spacing - self._flat / NEAREST
-        self._changes = (_LEAST_CHANGE * room, _MOST_CHANGE * room)
+        self._changes = [share * room for share in _CHANGES]
         self._least_motion = _LEAST_MOTION * thickness
         self._most_motions = (_MOST_MOTION * thickness, _MOST_IF_SHORT * spacing)
         # Motion of tiles since the list was made and in a part, and that which it allows, m.
@@ -204,16 +206,23 @@ class Neighbours:
         self._listed[...] = now
         self._more, self._changed, self._valid = more, 0.0, True
         self._blocks.bound(now, *self._layout[:2])
-        if before is not None and changed > self._changes[1]:
+        least, most, fewer = self._changes
+        if before is not None and changed > fewer:
             self._blocks.bound(before, *self._layout[:2], extend=True)
         self._blocks.finish()
         motions = motions.copy()
-        count = self._find_cells(self._parts, motions, changed)
+        self._change = change = min(max(least, _MORE_CHANGE * changed), most)
+        count = self._find_cells(self._parts, motions)
         if count <= _SHORT * len(self._bounded):
             self._parts = min(2 * self._parts, _PARTS_IF_SHORT)
-        elif self._parts > _PARTS:
-            self._parts = _PARTS
-            count = self._find_cells(self._parts, motions, changed)
+        else:
+            if self._parts > _PARTS:
+                self._parts = _PARTS
+                count = self._find_cells(self._parts, motions)
+            self._change = min(change, fewer)
+            if change > fewer and self._find_cells(self._parts, motions) > _SHORTER * count:
+                self._change = change
+            count = self._find_cells(self._parts, motions)
         counts = [0, 0]
         if count:
             cells = self._cells[:count]
@@ -223,14 +232,12 @@ class Neighbours:
                 counts[edges] = self._find(cells, self._reach + more, edges)
         self._take(counts)
 
-    def _find_cells(self, parts: int, motions: Array, changed: float) -> int:
-        """Choose what is allowed for, for so many parts; return the number of pairs of cells."""
+    def _find_cells(self, parts: int, motions: Array) -> int:
+        """Allow for motion in so many parts; return the number of pairs of cells."""
         most = self._most_motions[int(parts > _PARTS)]
         several = np.clip(parts * motions, self._least_motion, most)
         # At least that of the path on which the list is complete.
         np.maximum(several, _MORE * motions, out=self._allowed)
-        least, greatest = self._changes
-        self._change = min(max(least, _MORE_CHANGE * changed), greatest)
         while True:
             count = self._blocks.near_cells(
                 self._reach + self._more, self._far, self._flat, self._allowed, self._change,
