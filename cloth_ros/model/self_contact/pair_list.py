@@ -11,18 +11,18 @@ import numpy as np
 
 from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest
+from .motion import TILE
 
 
 @exact
-def bound_features(before, after, rows, columns, cells, bounded, boxes):  # type: ignore[no-untyped-def]
+def bound_features(x, rows, columns, cells, bounded, boxes):  # type: ignore[no-untyped-def]
     """
-    Write the bounds of the features of some cells on a linear path.
+    Write the bounds of the features of some cells.
 
     Parameters
     ----------
-    before, after
-        Positions at the start and the end of a linear path, m, shape (rows * columns, 3), double
-        precision.
+    x
+        Positions, m, shape (rows * columns, 3), double precision.
     rows, columns
         Of the sheet.  Each particle begins a cell; those of the last row and column are lines.
     cells
@@ -52,12 +52,8 @@ def bound_features(before, after, rows, columns, cells, bounded, boxes):  # type
             else:
                 i, j, k, missing, box = cell, cell, cell, False, 0
             for axis in range(3):
-                low = min(before[i, axis], before[j, axis], before[k, axis])
-                high = max(before[i, axis], before[j, axis], before[k, axis])
-                boxes[box, cell, axis] = min(low, after[i, axis], after[j, axis], after[k, axis])
-                boxes[box, cell, 3 + axis] = max(
-                    high, after[i, axis], after[j, axis], after[k, axis]
-                )
+                boxes[box, cell, axis] = min(x[i, axis], x[j, axis], x[k, axis])
+                boxes[box, cell, 3 + axis] = max(x[i, axis], x[j, axis], x[k, axis])
                 if missing:
                     boxes[box, cell, axis] = boxes[box, cell, 3 + axis] = np.inf
 
@@ -110,7 +106,7 @@ def _append(out, normals, count, x, edges, i, j, k, h, reach):  # type: ignore[n
 
 @exact_inlined
 def _vertices_and_triangles(  # type: ignore[no-untyped-def]
-    after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
+    x, boxes, a, b, rows, columns, reach, out, normals, count
 ):
     """Append the pairs of the vertex of a cell and the triangles of another."""
     for n in range(2):
@@ -118,27 +114,26 @@ def _vertices_and_triangles(  # type: ignore[no-untyped-def]
             continue
         j, k, h, _ = _triangle(b, n, rows, columns)
         if a != j and a != k and a != h:
-            count = _append(out, normals, count, after, False, a, j, k, h, exact_reach)
+            count = _append(out, normals, count, x, False, a, j, k, h, reach)
     return count
 
 
 @exact
-def find_pairs(after, rows, columns, boxes, cells, reach, swept, edges, out, normals):  # type: ignore[no-untyped-def]
+def find_pairs(x, rows, columns, boxes, cells, reach, motions, edges, out, normals):  # type: ignore[no-untyped-def]
     """
     List the pairs of vertices and triangles, or of edges, that may come into reach.
 
     Parameters
     ----------
-    after, rows, columns
+    x, rows, columns
         As in `bound_features`.
     boxes
         From there.
     cells
         Pairs of cells, shape (n, 2).
-    reach
-        m.
-    swept
-        True for a list that is complete all along the path; False for one at its end.
+    reach, motions
+        Distance, m, up to which features are near; and motion of the particles of each tile for
+        which the list is to be complete, m.
     edges
         True for pairs of edges, False for pairs of a vertex and a triangle.
     out, normals
@@ -151,17 +146,20 @@ def find_pairs(after, rows, columns, boxes, cells, reach, swept, edges, out, nor
         Number of pairs.
 
     """
-    count = 0
-    exact_reach = np.inf if swept else reach
+    count, least = 0, reach
+    across = (columns + TILE - 1) // TILE
     for p in range(len(cells)):
         a, b = cells[p, 0], cells[p, 1]
+        reach = least
+        for cell in (a, b):
+            reach += motions[cell // columns // TILE * across + cell % columns // TILE]
         if not edges:
             count = _vertices_and_triangles(
-                after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
+                x, boxes, a, b, rows, columns, reach, out, normals, count
             )
             if a != b:
                 count = _vertices_and_triangles(
-                    after, boxes, b, a, rows, columns, reach, exact_reach, out, normals, count
+                    x, boxes, b, a, rows, columns, reach, out, normals, count
                 )
         elif a != b:
             for m in range(3):
@@ -171,5 +169,5 @@ def find_pairs(after, rows, columns, boxes, cells, reach, swept, edges, out, nor
                         continue
                     k, h = _edge(b, n, rows, columns)
                     if i != k and i != h and j != k and j != h:
-                        count = _append(out, normals, count, after, True, i, j, k, h, exact_reach)
+                        count = _append(out, normals, count, x, True, i, j, k, h, reach)
     return count

@@ -129,6 +129,10 @@ def test_layers_keep_their_distance_at_rest() -> None:
     energy = cloth.energy()
     cloth.advance(1.0)
     assert cloth.energy() < energy + 1e-5
+    # The table bears all layers, and no path had to be moved back.
+    assert -cloth.contact_wrench('table')[0][2] == pytest.approx(0.1 * 9.81, rel=0.02)
+    assert cloth.self_contact is not None
+    assert cloth.self_contact.division == 1
 
 
 def test_restored_cloth_continues_with_the_same_bits() -> None:

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from self_intersection import sheet_triangles
 
-from bench.layers import folded, folded_again, twisted
+from bench.layers import folded, folded_again
 from cloth_ros.model.grid import Grid
 from cloth_ros.model.self_contact.contact_search import REACH
 from cloth_ros.model.self_contact.neighbours import Neighbours
@@ -64,7 +64,6 @@ def listed_pairs(near: Neighbours) -> set[tuple[int, ...]]:
 SHEETS = {
     'folded': lambda: folded(ROWS, COLUMNS, SIZE, THICKNESS),
     'folded twice': lambda: folded_again(folded(ROWS, COLUMNS, SIZE, THICKNESS), THICKNESS),
-    'twisted': lambda: twisted(ROWS, COLUMNS, SIZE, 6.0),
 }
 
 
