@@ -124,7 +124,7 @@ def test_a_slow_evaluation_halves_the_window(monkeypatch):
 
 def test_a_window_is_shorter_where_the_solutions_part():
     """A free sheet that crumples in the wind: a distance beyond 1/20 of the spacing halves it."""
-    cloth = Cloth(scene(pins=[''], wind__velocity=(0.0, 4.0, 1.0), sheet__rows=24))
+    cloth = Cloth(scene(pins=[''], wind__velocity=(0.0, 8.0, 2.0), sheet__rows=24))
     close = 0.05 * cloth.scene.sheet.shortest_spacing
     estimates = run(cloth, ErrorEstimator(cloth), 240)
     pairs = list(itertools.pairwise(estimates))
