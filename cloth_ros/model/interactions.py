@@ -3,8 +3,8 @@ What acts on a sheet besides the forces of its integrator: grippers, colliders, 
 
 Each is absent where the scene does not have it.  Their order is fixed: grippers and colliders act
 after each drift, in this order and mostly within the kernel of kicks and drifts; contact of the
-sheet with itself acts at the end of a part of a batch, and may undo what they have done to
-positions.
+sheet with itself acts after them, and at the end of a part of a batch may undo what they have done
+to positions.
 """
 
 from __future__ import annotations
@@ -53,6 +53,8 @@ class Interactions:
             self.in_kernel['grippers'] = self.grippers
         if self.contact is not None:
             self.in_kernel |= {'kinds': self.contact.kinds, 'several': len(colliders) > 1}
+        if self.self_contact is not None:
+            self.in_kernel['self_contact'] = self.self_contact
 
     # State
 
@@ -113,10 +115,10 @@ class Interactions:
         if self.grippers is not None:
             self.grippers.slip(state, seconds)
 
-    def part(self, count: int, h: float, most: int) -> int:
-        """Return how many of the next `count` substeps of `h` s are one part; at most `most`."""
+    def part(self, count: int, most: int) -> int:
+        """Return how many of the next `count` substeps are one part; at most `most`."""
         most = min(most, count)
-        return most if self.self_contact is None else self.self_contact.part(count, h, most)
+        return most if self.self_contact is None else self.self_contact.part(count, most)
 
     def apply(
         self,
@@ -145,16 +147,20 @@ class Interactions:
         """
         if self.grippers is not None:
             self.grippers.begin_steps(state, time)
+        contact = self.contact
+        if contact is not None and not contact.may_act(state, seconds):
+            contact = None
         if self.self_contact is not None:
-            self.self_contact.begin_part(state)
-        if self.contact is not None and self.contact.may_act(state, seconds):
-            self.contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
+            surfaces = () if contact is None else contact.surfaces(state, time)
+            self.self_contact.begin_part(state, seconds, surfaces)
+        if contact is not None:
+            contact.act(kick_drift, state, steps, seconds, air_velocity, time, observer)
         else:
             _apply_freely(kick_drift, state, steps, air_velocity, observer)
             if self.contact is not None:
                 self.contact.pass_by(state, time, seconds)
         if self.self_contact is not None:
-            self.self_contact.end_part(state, seconds, self.contact, time + seconds)
+            self.self_contact.end_part(state)
         if self.grippers is not None:
             self.grippers.end_steps()
 
@@ -187,7 +193,7 @@ class Interactions:
         assert self.contact is not None
         self.contact.warm_up(kick_drift, state)
         if self.self_contact is not None:
-            self.self_contact.warm_up_supports(self.contact.surfaces(state, time))
+            self.self_contact.warm_up_supports(state, self.contact.surfaces(state, time))
 
 
 def _apply_freely(

@@ -296,7 +296,7 @@ class Simulation:
                 # With a pin the sheet cannot move away, and the pin must not move by one bit.
                 if not self._pinned:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
-                part = self.interactions.part(count, h, control.check_interval)
+                part = self.interactions.part(count, control.check_interval)
                 count -= part
                 for batch in control.batches(self.state, part, h, division, airspeed):
                     self.substeps += batch.substeps

@@ -24,6 +24,7 @@ from ..forces import aerodynamics, springs
 from ..grid import Array, Grid
 from ..grippers.grippers import Grippers
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
+from ..self_contact.self_contact import SelfContact
 from ..state import State
 from . import kick_drift_kernel as kernel
 from .integrator import Step
@@ -66,6 +67,8 @@ class KickDrift:
         True if it may touch more than one collider.
     grippers
         Hold particles in each drift; None: the scene has none.
+    self_contact
+        Contact of the sheet with itself, after each kick and drift; None: the scene has none.
 
     Attributes
     ----------
@@ -89,8 +92,9 @@ class KickDrift:
         kinds: frozenset[int] = frozenset(),
         several: bool = False,
         grippers: Grippers | None = None,
+        self_contact: SelfContact | None = None,
     ) -> None:
-        self._separate, self._grippers = separate, grippers
+        self._separate, self._grippers, self._self_contact = separate, grippers, self_contact
         present = {family.name for family in springs.spring_families(scene)}
         self.damped = bool(present) and scene.springs.damping > 0
         self._air = aerodynamics.coefficient(scene) if scene.has_air else 0.0
@@ -112,11 +116,12 @@ class KickDrift:
             separate,
             dtype is np.float64,
             gripping=grippers is not None,
+            sweeping=self_contact is not None,
         )
         self._kernel = compose()
         with_contact = functools.partial(compose, kinds=kinds, several=several)
         self._contact_kernel = with_contact() if kinds else self._kernel
-        self._tables: dict[tuple[Step, ...], Array] = {}
+        self._tables: dict[tuple[bool, tuple[Step, ...]], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
@@ -135,12 +140,13 @@ class KickDrift:
         contacts: ContactTable | None = None,
     ) -> None:
         """Make the kicks and drifts of `steps` in air of a velocity, m/s, with contact if any."""
-        table = self._tables.get(steps)
+        sweeps = self._self_contact is not None and self._self_contact.contacts > 0
+        table = self._tables.get((sweeps, steps))
         if table is None:
             if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
-            table = np.array([row for step in steps for row in self.operations(step)])
-            self._tables[steps] = table
+            rows = [row for step in steps for row in self.operations(step, sweeps=sweeps)]
+            table = self._tables[sweeps, steps] = np.array(rows)
         grips = () if self._grippers is None else self._grippers.table(state, steps)
         self.run(state, table, air_velocity, contacts, grips)
 
@@ -181,8 +187,18 @@ class KickDrift:
         self.work[:] = 0
         return work
 
-    def operations(self, step: Step) -> Iterator[tuple[float, ...]]:
-        """Yield the rows of the kernel's table for a step, see `kick_drift_kernel`."""
+    def operations(self, step: Step, *, sweeps: bool = False) -> Iterator[tuple[float, ...]]:
+        """
+        Yield the rows of the kernel's table for a step, see `kick_drift_kernel`.
+
+        With `sweeps`, contacts of the sheet with itself act after the kick.
+        """
+        yield from self._kick_and_drift(step)
+        if sweeps and step.kick is not None:
+            yield (kernel.SWEEP_SIDES, 1.0, 0.0, step.drift, 0.0, 0.0)
+            yield (kernel.SWEEP_BETWEEN, 1.0, 0.0, step.drift, 0.0, 0.0)
+
+    def _kick_and_drift(self, step: Step) -> Iterator[tuple[float, ...]]:
         h, drift, weight = step
         if h is None:
             yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
@@ -230,6 +246,7 @@ class KickDrift:
             self.work,
             self._no_contacts if contacts is None else contacts,
             grips,
+            () if self._self_contact is None else self._self_contact.in_kernel,
         )
         if np.count_nonzero(table[:, 0] <= kernel.KICK) % 2:
             state.position, state.back_buffer = state.back_buffer, state.position

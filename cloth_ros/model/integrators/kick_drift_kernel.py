@@ -27,6 +27,7 @@ from ..kernels.thread_pool import (
     mark_done,
     notify,
 )
+from ..self_contact.sheet_contacts import end_sweep, sweep
 
 # Operations; those up to KICK write new positions.  Plain numbers and not an enumeration: Numba
 # takes both as constants, but NumPy calls Python code of an IntEnum when it compares with one, and
@@ -38,6 +39,10 @@ KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` an
 ACCELERATE = 4  # by springs, gravity and dashpots
 ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
 RESOLVE = 6  # contact alone, after a drift that has been made
+# Contacts of the sheet with itself, after a drift that has been made: those on two sides of the
+# sheet, then those between them.
+SWEEP_SIDES = 7
+SWEEP_BETWEEN = 8
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, and the strength of dashpots and air.
@@ -124,6 +129,7 @@ def compose(
     kinds: frozenset[int] = frozenset(),
     several: bool = False,
     gripping: bool = False,
+    sweeping: bool = False,
 ) -> Kernel:
     """
     Compile the kernel for the effects that a scene has.
@@ -143,6 +149,9 @@ def compose(
         True if there is more than one collider.
     gripping
         True if the scene has grippers: `grips` is a `GripTable`, and else an empty tuple.
+    sweeping
+        True if the scene has contact of the sheet with itself: `sheet_contacts` is a
+        `SheetContacts`, and else an empty tuple.
 
     """
     contact = bool(kinds)
@@ -153,7 +162,7 @@ def compose(
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
         velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
-        contacts, grips,
+        contacts, grips, sheet_contacts,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -214,6 +223,12 @@ def compose(
                         _update_and_drift(
                             first, last, position, back_buffer, velocity, midpoint, h
                         )
+                if sweeping and operation == SWEEP_SIDES:
+                    for side in range(chunk, 2, chunks):
+                        sweep(side, h, drifts % 2 == 1, position, velocity, sheet_contacts)
+                elif sweeping and operation == SWEEP_BETWEEN and chunk == 0:
+                    sweep(2, h, drifts % 2 == 1, position, velocity, sheet_contacts)
+                    end_sweep(sheet_contacts)
                 if gripping:
                     if operation <= KICK:
                         hold(first, last, drifts, back_buffer, velocity, grips)

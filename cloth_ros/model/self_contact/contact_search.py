@@ -1,14 +1,11 @@
 """
 Search of a pair list for contacts, and for pairs whose path is not proven to be free.
 
-A pair is in contact if it is nearer than its distance at rest, or if it is within reach and would
-be nearer than its distance at rest after the next part.
-
-The path of a pair from the last accepted positions is accepted if the pair stays farther apart on
-it than `SAFE` times the thickness, or than half of its distance at the start if that is less.
-Most pairs are decided by the unit vector that is stored with them: the gap along it is at most
-their distance.  It only saves time: a pair that it decides would be decided in the same way
-without it, so that results do not depend on when a list was made.
+Most pairs need no computation: a bound of the distance of a pair that was found once decreases by
+how far particles have moved since then, twice that of the fastest.  Others are decided by the unit
+vector that is stored with them: the gap along it is at most their distance.  Both only save time:
+a pair that they decide would be decided in the same way without them, so that results do not
+depend on when a list was made.
 """
 
 from __future__ import annotations
@@ -18,154 +15,370 @@ import numpy as np
 from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest, separation
 from .linear_path import stays_apart
+from .sheet_contacts import (
+    INVERSE_MASSES,
+    MASS,
+    NORMAL,
+    REST,
+    SUPPORTED,
+    WEIGHTS,
+)
+from .supports import UNSUPPORTED
 
 # Least reach, in thicknesses: within it, pairs are in contact before they are too near.
 REACH = 1.25
+# Distance at which pairs are in contact, in distances at rest, even if they do not approach: the
+# vibrations of springs may let them.
+_NEAR = 1.1
+# Approach, in thicknesses, up to which edges are in contact only if they are near: the vertices of
+# layers that are as slow keep them apart.
+_SLOW = 0.25
+# Rows or columns from one feature to another from which they are in contact before they are near:
+# those that are nearer in the sheet hardly approach each other otherwise than by vibrations.
+_APART = 4
 # Distance, in thicknesses, at which two edges rest: layers rest on the vertices, which would press
 # on the edges as well where edges of both layers cross.
-EDGES = 0.85
+_EDGES = 0.85
 # Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
-SAFE = 0.25
+_SAFE = 0.25
 # Distance, in thicknesses, to which pairs may approach: so far, a direction between them is well
 # defined.  Pairs that begin nearer may lose this share of their distance on a path.
 _LEAST, _STAYING = 0.05, 0.98
 # By how much a gap must exceed a distance that is compared with a computed one: rounding.
 _ROUNDING = 1e-5
 
-# Columns of a contact: weights of its particles, normal, distance, distance at rest, and whether
-# its path was not accepted.
-WEIGHTS, NORMAL, DISTANCE, REST, BLOCKED = 0, 4, 7, 8, 9
-CONTACT = 10
-# Numbers about a vertex: the vectors of its last two contacts with an edge or a corner, m; and the
-# share of their length by which two are different.
-LAST = 6
-_SAME = 1e-6
+# Inverse mass, in units of that of a cell, of a pair that cannot move.
+_NO_MASS = 1e-3
+
+# Numbers about a pair whose path is blocked, at the start of the path: weights of its particles,
+# unit vector, distance and distance at rest.
+BLOCKED = 9
+# Numbers about a vertex: the normals of its last two contacts with an edge or a corner, and those
+# of contacts with triangles; and from which difference, or up to which cosine of the angle between
+# them, two are different.
+LAST, FACES = 6, 6
+_SAME, _ALIKE = 1e-5, 0.8
 
 
 @exact_inlined
-def _known(last, i, nx, ny, nz, d):  # type: ignore[no-untyped-def]
-    """Return whether one of the last two contacts of a vertex has the same vector; note this."""
-    x, y, z = d * nx, d * ny, d * nz
+def _known(last, i, x, y, z):  # type: ignore[no-untyped-def]
+    """Return whether one of the last two contacts of a vertex has this direction; note it."""
     for n in range(0, LAST, 3):
         u, v, w = x - last[i, n], y - last[i, n + 1], z - last[i, n + 2]
-        if u * u + v * v + w * w < _SAME * _SAME * d * d:
+        if u * u + v * v + w * w < _SAME * _SAME:
             return True
     last[i, 3], last[i, 4], last[i, 5] = last[i, 0], last[i, 1], last[i, 2]
     last[i, 0], last[i, 1], last[i, 2] = x, y, z
     return False
 
 
+@exact_inlined
+def _beside(i, j, columns):  # type: ignore[no-untyped-def]
+    """Return whether two particles are near each other in the sheet."""
+    i, j = np.int64(i), np.int64(j)
+    down, across = i // columns - j // columns, i % columns - j % columns
+    return max(abs(down), abs(across)) < _APART
+
+
+@exact_inlined
+def _write_row(  # type: ignore[no-untyped-def]
+    particles, rows, c, pairs, p, weights, nx, ny, nz, rest, inverse_masses, supports, begin,
+    stride, columns,
+):  # fmt: skip
+    """Write a contact, as a `SheetContacts` has it."""
+    number = rows.dtype.type
+    mass, supported = 0.0, 0.0
+    for n in range(4):
+        w, particle = weights[n], np.int64(pairs[p, n])
+        flat = begin + particle // columns * stride + particle % columns
+        particles[c, n] = flat
+        inverse = w * inverse_masses[particle]
+        share = 1.0
+        if supports[3, flat] > UNSUPPORTED:
+            supported = 1.0
+            into = nx * supports[0, flat] + ny * supports[1, flat] + nz * supports[2, flat]
+            # It cannot be pushed into the collider.
+            if w * into < 0.0:
+                share = max(1.0 - into * into, 0.0)
+        mass += share * w * inverse
+        rows[c, WEIGHTS + n] = number(w)
+        rows[c, INVERSE_MASSES + n] = number(inverse)
+    rows[c, NORMAL], rows[c, NORMAL + 1], rows[c, NORMAL + 2] = (
+        number(nx), number(ny), number(nz)
+    )  # fmt: skip
+    rows[c, REST] = number(rest)
+    rows[c, MASS] = number(1.0 / mass if mass > _NO_MASS else 0.0)
+    rows[c, SUPPORTED] = number(supported)
+
+
+@exact_inlined
+def _faces(faces, i, nx, ny, nz, note):  # type: ignore[no-untyped-def]
+    """Return whether a vertex is in contact with a triangle in a like direction, or note this."""
+    for n in range(0, FACES, 3):
+        x, y, z = faces[i, n], faces[i, n + 1], faces[i, n + 2]
+        if nx * x + ny * y + nz * z > _ALIKE:
+            return True
+        if note and x == 0.0 and y == 0.0 and z == 0.0:
+            faces[i, n], faces[i, n + 1], faces[i, n + 2] = nx, ny, nz
+            return False
+    return False
+
+
+@exact_inlined
+def _without_repeated(particles, rows, numbers, count, faces, last):  # type: ignore[no-untyped-def]
+    """
+    Remove contacts of a vertex with an edge or a corner that others repeat; return their number.
+
+    That is so with one of the triangles there, and in the direction of a triangle that the vertex
+    is above.
+    """
+    kept = 0
+    for c in range(count):
+        i = numbers[c]
+        x, y, z = rows[c, NORMAL], rows[c, NORMAL + 1], rows[c, NORMAL + 2]
+        beside = False
+        for n in range(1, 4):
+            beside = beside or rows[c, WEIGHTS + n] == 0.0
+        if beside and (_faces(faces, i, x, y, z, False) or _known(last, i, x, y, z)):
+            continue
+        if kept < c:
+            particles[kept] = particles[c]
+            rows[kept] = rows[c]
+        kept += 1
+    return kept
+
+
 @exact
-def search(  # type: ignore[no-untyped-def]
-    before, now, ahead, pairs, normals, gaps, vertices, chosen, every, slack, again, thickness,
-    reach, margin, last, particles, contacts,
+def find_contacts(  # type: ignore[no-untyped-def]
+    now, ahead, motions, pairs, normals, distances, vertices, offset, odometer, thickness,
+    foreseen, inverse_masses, supports, begin, stride, columns, faces, last, numbers, particles,
+    rows,
 ):  # fmt: skip
     """
-    List the contacts of a pair list, and the pairs whose path is not accepted.
+    List the contacts of a pair list.
+
+    A pair is in contact if it is near its distance at rest, or nearer; or if it would be nearer
+    after the next part, along its present normal, and is not near in the sheet.
 
     Parameters
     ----------
-    before, now, ahead
-        Positions, m, shape (n, 3), double precision: the last accepted ones, those to be
-        accepted, and those expected after the next part.
-    pairs, normals, gaps
-        Of the list: particles, a unit vector, and the gap along it at the last accepted
-        positions, m.  The latter two are updated.
+    now, ahead, motions
+        Positions, m, shape (n, 3), double precision, at the start of a part, and those expected
+        at its end; and how far particles move, m, shape (n,).
+    pairs, normals, distances
+        Of the list: particles, shape (m, 4), a unit vector, shape (m, 3), and a bound of the
+        distance, m: the present one is not less than that minus `odometer`.  The latter two are
+        updated.
     vertices
         Number of pairs, at the beginning of the list, of a vertex and a triangle.
-    chosen, every
-        Indices of the pairs that are looked at, shape (m,); or True for all of them, and those
-        that are not farther than `margin` from contact are then written to `chosen`.
-    slack
-        By how much the gaps may have decreased since they were computed, m.
-    again
-        True for a second search with the same accepted positions, which the gaps are not of.
-    thickness, reach, margin
-        m.
-    last
-        Scratch: shape (n, LAST).
-    particles, contacts
-        Receive the contacts, shapes (m, 4) and (m, CONTACT); those beyond their length are
-        counted only.
+    offset, odometer
+        Number, m, that is added to a distance that was computed; and see above.
+    thickness, foreseen
+        Of the sheet, and the longest approach that is foreseen, m.
+    inverse_masses
+        Of the particles, 0 for those that are held, shape (n,).
+    supports
+        As a `SheetContacts` has them.
+    begin, stride, columns
+        Layout of flat arrays.
+    faces, last, numbers
+        Scratch: shapes (n, FACES), (n, LAST), and that of `rows`, without its columns.
+    particles, rows
+        Receive the contacts, as a `SheetContacts` has them; those beyond their length are counted
+        only.
 
     Returns
     -------
-    (int, int, int, float)
-        Number of contacts, of those whose path is not accepted, and of chosen pairs; the least
-        distance, m, of pairs that were not known to be apart.
+    (int, int, float)
+        Number of contacts, and of rows that this takes; the least distance of a pair in contact,
+        m.
 
     """
-    last[...] = 0.0
-    count, blocked, near, nearest = 0, 0, 0, np.inf
-    safe = SAFE * thickness
-    for q in range(len(pairs) if every else len(chosen)):
-        p = q if every else np.int64(chosen[q])
+    for p in range(vertices):
+        faces[pairs[p, 0]] = 0.0
+        last[pairs[p, 0]] = 0.0
+    count, room, nearest = 0, 0, np.inf
+    weights = np.empty(4)
+    for p in range(len(pairs)):
         edges = p >= vertices
-        rest = EDGES * thickness if edges else thickness
+        if p == vertices:
+            room = count
+            if count <= len(rows):
+                count = _without_repeated(particles, rows, numbers, count, faces, last)
+        rest = _EDGES * thickness if edges else thickness
+        near = _NEAR * rest
+        least = distances[p] - odometer
+        if least >= rest + foreseen:
+            continue
         i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        reach = near
+        if not _beside(i, k, columns):
+            approach = 2.0 * max(motions[i], motions[j], motions[k], motions[h])
+            if not edges or approach > _SLOW * thickness:
+                reach = max(near, rest + min(approach, foreseen))
+        if least >= reach:
+            continue
         nx, ny, nz = (
             np.float64(normals[p, 0]),
             np.float64(normals[p, 1]),
             np.float64(normals[p, 2]),
         )
         gap = separation(now, edges, i, j, k, h, nx, ny, nz)
-        start = np.float64(gaps[p]) - slack
-        if again:
-            start = separation(before, edges, i, j, k, h, nx, ny, nz)
-        known = min(start, gap) > safe * (1.0 + _ROUNDING)
-        apart = rest * (1.0 + _ROUNDING)
-        if (
-            known
-            and gap > apart
-            and (
-                gap > reach * (1.0 + _ROUNDING)
-                or separation(ahead, edges, i, j, k, h, nx, ny, nz) > apart
-            )
-        ):
-            gaps[p] = gap
-            if every and gap <= apart + margin:
-                chosen[near] = p
-                near += 1
+        if gap > reach * (1.0 + _ROUNDING):
+            distances[p] = gap + offset
             continue
         d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
-        free = known
-        if not free and d > safe * (1.0 + _ROUNDING):
-            free = separation(before, edges, i, j, k, h, nx, ny, nz) > safe * (1.0 + _ROUNDING)
+        normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
+        distances[p] = d + offset
+        # The ends of edges are in contact as vertices.
+        if d >= reach or (edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0)):
+            continue
+        if d >= near:
+            expected = 0.0
+            for axis, component in enumerate((nx, ny, nz)):
+                origin = ahead[i, axis]
+                expected += component * (
+                    wj * (ahead[j, axis] - origin)
+                    + wk * (ahead[k, axis] - origin)
+                    + wl * (ahead[h, axis] - origin)
+                )
+            if expected >= rest:
+                continue
+        nearest = min(nearest, d)
+        if not edges and wj != 0.0 and wk != 0.0 and wl != 0.0:
+            _faces(faces, i, nx, ny, nz, True)
+        if count < len(rows):
+            weights[0], weights[1], weights[2], weights[3] = wi, wj, wk, wl
+            numbers[count] = i
+            _write_row(
+                particles, rows, count, pairs, p, weights, nx, ny, nz, rest, inverse_masses,
+                supports, begin, stride, columns,
+            )  # fmt: skip
+        count += 1
+    if vertices == len(pairs):
+        room = count
+        if count <= len(rows):
+            count = _without_repeated(particles, rows, numbers, count, faces, last)
+    return count, max(room, count), nearest
+
+
+@exact
+def divide(particles, rows, count, position, out_particles, out_rows, starts):  # type: ignore[no-untyped-def]
+    """
+    Sort contacts into two groups that share no particle, and a third one of all others.
+
+    Contacts are on both sides of a plane; those of the third group are near it.
+
+    Parameters
+    ----------
+    particles, rows, count
+        From `find_contacts`.
+    position
+        Flat array, m.
+    out_particles, out_rows
+        Receive the contacts; the order within a group stays.
+    starts
+        Receives where groups begin, and the number of contacts: shape (4,).
+
+    """
+    mean, widest, axis = np.zeros(3), 0.0, 0
+    for direction in range(3):
+        low, high, total = np.inf, -np.inf, 0.0
+        for c in range(count):
+            x = np.float64(position[direction, particles[c, 0]])
+            low, high, total = min(low, x), max(high, x), total + x
+        mean[direction] = total / count
+        if high - low > widest:
+            widest, axis = high - low, direction
+    starts[:] = 0
+    place = np.zeros(3, np.int64)
+    for write in range(2):
+        for c in range(count):
+            below = 0
+            for n in range(4):
+                if position[axis, particles[c, n]] < mean[axis]:
+                    below += 1
+            group = 0 if below == 4 else (1 if below == 0 else 2)
+            if write:
+                out_particles[place[group]] = particles[c]
+                out_rows[place[group]] = rows[c]
+                place[group] += 1
+            else:
+                starts[group + 1] += 1
+        if not write:
+            for group in range(3):
+                place[group] = starts[group]
+                starts[group + 1] += starts[group]
+
+
+@exact
+def find_blocked(  # type: ignore[no-untyped-def]
+    before, now, pairs, normals, distances, vertices, offset, odometer, again, shifted, thickness,
+    particles, rows,
+):  # fmt: skip
+    """
+    List the pairs of a pair list whose path is not accepted.
+
+    A path from the last accepted positions is accepted if the pair stays farther apart on it than
+    a quarter of the thickness, or than half of its distance at the start if that is less.
+
+    Parameters
+    ----------
+    before, now
+        Positions, m, shape (n, 3), double precision: the last accepted ones, and those to be
+        accepted.
+    pairs, normals, distances, vertices, offset, odometer, thickness
+        As in `find_contacts`; `offset` at the end of the path, `odometer` all along it.
+    again, shifted
+        True to look only at the pairs of particles that were shifted since the last search, with
+        the same accepted positions: bool, shape (n,).
+    particles, rows
+        Receive the pairs, shapes (m, 4) and (m, BLOCKED); those beyond their length are counted
+        only.
+
+    Returns
+    -------
+    int
+        Number of pairs.
+
+    """
+    count = 0
+    safe = _SAFE * thickness
+    least_gap = safe * (1.0 + _ROUNDING)
+    for p in range(len(pairs)):
+        if not again and distances[p] - odometer > least_gap:
+            continue
+        i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+        if again and not (shifted[i] or shifted[j] or shifted[k] or shifted[h]):
+            continue
+        edges = p >= vertices
+        nx, ny, nz = (
+            np.float64(normals[p, 0]),
+            np.float64(normals[p, 1]),
+            np.float64(normals[p, 2]),
+        )
+        gap = separation(now, edges, i, j, k, h, nx, ny, nz)
+        if gap > least_gap and separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap:
+            distances[p] = gap + offset
+            continue
+        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
+        free = d > least_gap and (separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap)
         if not free:
             d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, h)
             least = min(max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness), _STAYING * d0)
             free = stays_apart(before, now, edges, i, j, k, h, least)
             if not free:
                 d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
-        if every and d <= apart + margin:
-            chosen[near] = p
-            near += 1
         normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
-        gaps[p] = d if free else 0.0
-        nearest = min(nearest, d)
+        distances[p] = d + offset if free else -np.inf
         if free:
-            # The ends of edges are in contact as vertices.
-            if edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0):
-                continue
-            if d >= rest:
-                if d >= reach:
-                    continue
-                if closest(ahead, edges, i, j, k, h)[0] >= rest:
-                    continue
-            # A vertex next to an edge or a corner is in contact with one of the triangles there.
-            beside = not edges and (wj == 0.0 or wk == 0.0 or wl == 0.0)
-            if beside and _known(last, i, nx, ny, nz, d):
-                continue
-        else:
-            blocked += 1
+            continue
         if count < len(particles):
             particles[count, 0], particles[count, 1] = i, j
             particles[count, 2], particles[count, 3] = k, h
-            contacts[count, WEIGHTS], contacts[count, WEIGHTS + 1] = wi, wj
-            contacts[count, WEIGHTS + 2], contacts[count, WEIGHTS + 3] = wk, wl
-            contacts[count, NORMAL], contacts[count, NORMAL + 1] = nx, ny
-            contacts[count, NORMAL + 2], contacts[count, DISTANCE] = nz, d
-            contacts[count, REST] = rest
-            contacts[count, BLOCKED] = 0.0 if free else 1.0
+            rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = wi, wj, wk, wl
+            rows[count, 4], rows[count, 5], rows[count, 6] = nx, ny, nz
+            rows[count, 7] = d
+            rows[count, 8] = _EDGES * thickness if edges else thickness
         count += 1
-    return count, blocked, near if every else len(chosen), nearest
+    return count

@@ -9,9 +9,8 @@ import numpy as np
 from ...scene.parameter import invalid_value_error
 from ..grid import Array
 from ..kernels.jit import exact, exact_inlined
+from .block_tree import Blocks
 from .closest_features import closest
-from .flatness import TILE
-from .pair_list import bound_cells, find_near_tiles, gap_squared
 
 # Distance, in thicknesses, at which features touch: their sides cannot be told.
 TOUCHING = 1e-3
@@ -48,32 +47,23 @@ def _pierces(x, p, q, a, b, c, least):  # type: ignore[no-untyped-def]
 
 
 @exact
-def _first(x, rows, columns, cells, tile_pairs, least):  # type: ignore[no-untyped-def]
+def _first(x, rows, columns, cells, least):  # type: ignore[no-untyped-def]
     """Return the cells of two features that touch or intersect, or -1 and -1."""
-    across = (columns + TILE - 1) // TILE
-    edges, corners = np.empty((2, 3, 2), np.int64), np.empty((2, 2, 3), np.int64)
-    for pair in range(len(tile_pairs)):
-        s, t = tile_pairs[pair, 0], tile_pairs[pair, 1]
-        for r in range(s // across * TILE, min((s // across + 1) * TILE, rows - 1)):
-            for c in range(s % across * TILE, min((s % across + 1) * TILE, columns - 1)):
-                a = r * columns + c
-                for q in range(t // across * TILE, min((t // across + 1) * TILE, rows - 1)):
-                    for d in range(t % across * TILE, min((t % across + 1) * TILE, columns - 1)):
-                        b = q * columns + d
-                        if (s == t and b < a) or gap_squared(cells, a, cells, b) > least * least:
-                            continue
-                        for n, cell in enumerate((a, b)):
-                            right, below = cell + 1, cell + columns
-                            # All edges of the cell: those at the end of a row belong to no other.
-                            for k, (i, j) in enumerate(
-                                ((cell, right), (cell, below), (right, below))
-                            ):
-                                edges[n, k, 0], edges[n, k, 1] = i, j
-                            for k, i in enumerate((cell, below + 1)):
-                                corners[n, k, 0] = i
-                                corners[n, k, 1], corners[n, k, 2] = right, below
-                        if _touch(x, edges, corners, least):
-                            return a, b
+    edges, corners = np.empty((2, 5, 2), np.int64), np.empty((2, 2, 3), np.int64)
+    for pair in range(len(cells)):
+        real = True
+        for n in range(2):
+            cell = cells[pair, n]
+            real = real and cell // columns + 1 < rows and cell % columns + 1 < columns
+            right, below, last = cell + 1, cell + columns, cell + columns + 1
+            for k, (i, j) in enumerate(
+                ((cell, right), (cell, below), (right, below), (right, last), (below, last))
+            ):
+                edges[n, k, 0], edges[n, k, 1] = i, j
+            for k, i in enumerate((cell, last)):
+                corners[n, k, 0], corners[n, k, 1], corners[n, k, 2] = i, right, below
+        if real and _touch(x, edges, corners, least):
+            return cells[pair, 0], cells[pair, 1]
     return -1, -1
 
 
@@ -83,15 +73,15 @@ def _touch(x, edges, corners, least):  # type: ignore[no-untyped-def]
     for n in range(2):
         for m in range(2):
             i, j, k = corners[n, m, 0], corners[n, m, 1], corners[n, m, 2]
-            for e in range(3):
+            for e in range(5):
                 p, q = edges[1 - n, e, 0], edges[1 - n, e, 1]
                 if p != i and p != j and p != k:
                     if closest(x, False, p, i, j, k)[0] < least:
                         return True
                     if q != i and q != j and q != k and _pierces(x, p, q, i, j, k, least):
                         return True
-    for m in range(3):
-        for e in range(3):
+    for m in range(5):
+        for e in range(5):
             i, j, k, h = edges[0, m, 0], edges[0, m, 1], edges[1, e, 0], edges[1, e, 1]
             apart = i != k and i != h and j != k and j != h
             if apart and closest(x, True, i, j, k, h)[0] < least:
@@ -119,16 +109,15 @@ def check_free_of_intersections(name: str, positions: Array, thickness: float) -
 
     """
     _, rows, columns = positions.shape
-    x = np.ascontiguousarray(np.moveaxis(positions, 0, -1).reshape(-1, 3), float)
-    down, across = -(-rows // TILE), -(-columns // TILE)
-    cells, tiles = np.empty((rows * columns, 6)), np.empty((down * across, 6))
-    bound_cells(x, x, rows, columns, cells, tiles)
-    least, flat = TOUCHING * thickness, np.zeros(down * across, np.int64)
-    pairs: Array = np.empty((0, 2), np.int64)
-    count, _ = find_near_tiles(tiles, across, flat, least, pairs)
-    pairs = np.empty((count, 2), np.int64)
-    find_near_tiles(tiles, across, flat, least, pairs)
-    a, b = _first(x, rows, columns, cells, pairs, least)
+    flat = np.ascontiguousarray(positions, float).reshape(3, -1)
+    least = TOUCHING * thickness
+    blocks = Blocks(rows, columns, float)
+    blocks.bound(flat, 0, columns)
+    blocks.finish()
+    cells: Array = np.empty((0, 2), np.int64)
+    cells = np.empty((blocks.near_cells(least, least, least, 0.0, 0.0, cells), 2), np.int64)
+    blocks.near_cells(least, least, least, 0.0, 0.0, cells)
+    a, b = _first(np.ascontiguousarray(flat.T), rows, columns, cells, least)
     if a >= 0:
         first, second = divmod(a, columns), divmod(b, columns)
         raise invalid_value_error(

@@ -11,6 +11,8 @@ from ..kernels.jit import inlined, kernel
 
 # Rounding of sums in single precision.
 _ROUNDING = 1.001
+# Lanes: motion of particles, and change of edges.
+LANES = 2
 
 
 @inlined
@@ -29,11 +31,23 @@ def _row_maximum(first, last, begin, count, x, y, z, lanes):  # type: ignore[no-
         v = last[1, begin + c] - first[1, begin + c] - y
         w = last[2, begin + c] - first[2, begin + c] - z
         squared = u * u + v * v + w * w
-        lanes[c] = squared if squared > lanes[c] else lanes[c]
+        lanes[0, c] = squared if squared > lanes[0, c] else lanes[0, c]
+
+
+@inlined
+def _edge_maximum(first, last, begin, count, step, lanes):  # type: ignore[no-untyped-def]
+    """Note the change of the vectors from the particles of a row to those a step away."""
+    for c in range(np.uint64(count)):
+        i, j = begin + c, begin + step + c
+        u = (last[0, j] - first[0, j]) - (last[0, i] - first[0, i])
+        v = (last[1, j] - first[1, j]) - (last[1, i] - first[1, i])
+        w = (last[2, j] - first[2, j]) - (last[2, i] - first[2, i])
+        squared = u * u + v * v + w * w
+        lanes[1, c] = squared if squared > lanes[1, c] else lanes[1, c]
 
 
 @kernel
-def _farthest(first, last, begin, stride, rows, columns, lanes, mean):  # type: ignore[no-untyped-def]
+def _measure(first, last, edges, begin, stride, rows, columns, lanes, mean):  # type: ignore[no-untyped-def]
     mean[:] = 0.0
     for row in range(rows):
         _add_row(mean, first, last, np.uint64(begin + row * stride), columns)
@@ -43,31 +57,40 @@ def _farthest(first, last, begin, stride, rows, columns, lanes, mean):  # type: 
     x, y, z = number(mean[0]), number(mean[1]), number(mean[2])
     lanes[:] = 0
     for row in range(rows):
-        _row_maximum(first, last, np.uint64(begin + row * stride), columns, x, y, z, lanes)
-    most = 0.0
+        start = np.uint64(begin + row * stride)
+        _row_maximum(first, last, start, columns, x, y, z, lanes)
+        if edges:
+            _edge_maximum(first, last, start, columns - 1, np.uint64(1), lanes)
+            if row + 1 < rows:
+                _edge_maximum(first, last, start, columns, np.uint64(stride), lanes)
+    moved, changed = 0.0, 0.0
     for c in range(columns):
-        most = max(most, lanes[c])
-    return most
+        moved = max(moved, lanes[0, c])
+        changed = max(changed, lanes[1, c])
+    # Not finite if one of them is not.
+    finite = (moved + mean[0] + mean[1] + mean[2]) * 0.0
+    return np.sqrt(moved) * _ROUNDING + finite, np.sqrt(changed) * _ROUNDING + finite
 
 
-def farthest(
-    first: Array, last: Array, layout: tuple[int, ...], lanes: Array, mean: Array
-) -> float:
+def measure(
+    first: Array, last: Array, edges: bool, layout: tuple[int, ...], lanes: Array, mean: Array
+) -> tuple[float, float]:
     """
-    Return the greatest displacement of a particle beyond the mean of all, m; NaN if not finite.
+    Return how far particles have moved, and how much edges have changed, m; NaN if not finite.
 
     Parameters
     ----------
     first, last
         Flat arrays of positions, m.
+    edges
+        False: without the change of edges, which is 0 then.
     layout
         Begin, stride, rows and columns.
     lanes
-        Scratch: shape (columns,), in the precision of the positions.
+        Scratch: shape (LANES, columns), in the precision of the positions.
     mean
-        Receives the mean displacement, m, shape (3,).
+        Receives the mean displacement, m, shape (3,), beyond which motion counts.
 
     """
-    squared = _farthest(first, last, *layout, lanes, mean)
-    total = squared + mean.sum()  # not finite if one of them is not
-    return math.sqrt(squared) * _ROUNDING if math.isfinite(total) else math.nan
+    moved, changed = _measure(first, last, edges, *layout, lanes, mean)
+    return (moved, changed) if moved < math.inf else (math.nan, math.nan)

@@ -2,46 +2,68 @@
 
 from __future__ import annotations
 
-from ..kernels.jit import exact
+import numpy as np
+
+from ..kernels.jit import exact, exact_inlined
+
+
+@exact_inlined
+def _index(n, begin, stride, columns):  # type: ignore[no-untyped-def]
+    """Return the flat index of a particle."""
+    return begin + n // columns * stride + n % columns
 
 
 @exact
-def load_vectors(field, begin, stride, columns, vectors):  # type: ignore[no-untyped-def]
-    """Copy the vectors of a flat array to an array of shape (n, 3)."""
-    for row in range(len(vectors) // columns):
-        for column in range(columns):
-            n, i = row * columns + column, begin + row * stride + column
+def load_vectors(field, begin, stride, columns, chosen, vectors):  # type: ignore[no-untyped-def]
+    """Copy the vectors of chosen particles of a flat array to an array of shape (n, 3)."""
+    for n in chosen:
+        i = _index(n, begin, stride, columns)
+        for axis in range(3):
+            vectors[n, axis] = field[axis, i]
+
+
+@exact
+def load_start(  # type: ignore[no-untyped-def]
+    position, velocity, mobility, seconds, mean, begin, stride, columns, chosen, now, ahead,
+    motions, inverse_masses,
+):  # fmt: skip
+    """
+    Copy what is known of chosen particles at the start of a part.
+
+    Parameters
+    ----------
+    position, velocity, mobility
+        Flat arrays, as in `State`.
+    seconds, mean
+        Duration of the part, and the mean velocity, m/s, shape (3,).
+    begin, stride, columns
+        Layout of flat arrays.
+    chosen
+        Particles, by row and column.
+    now, ahead, motions
+        Receive positions, m, and those expected at the end, shape (n, 3), and how far particles
+        move beyond the mean, m, shape (n,).
+    inverse_masses
+        Receives these, in units of that of a cell; 0 for held particles; shape (n,).
+
+    """
+    for n in chosen:
+        i = _index(n, begin, stride, columns)
+        squared = 0.0
+        for axis in range(3):
+            now[n, axis] = position[axis, i]
+            ahead[n, axis] = position[axis, i] + seconds * velocity[axis, i]
+            squared += (velocity[axis, i] - mean[axis]) ** 2
+        motions[n] = seconds * np.sqrt(squared)
+        inverse_masses[n] = mobility[0, i] * mobility[1, i]
+
+
+@exact
+def store_positions(now, shifted, begin, stride, columns, position):  # type: ignore[no-untyped-def]
+    """Write back positions, m, of the particles that were shifted, and round the copies."""
+    for n in range(len(now)):
+        if shifted[n]:
+            i = _index(n, begin, stride, columns)
             for axis in range(3):
-                vectors[n, axis] = field[axis, i]
-
-
-@exact
-def load_inverse_masses(mobility, begin, stride, columns, inverse_masses):  # type: ignore[no-untyped-def]
-    """Copy the inverse masses of particles, in units of that of a cell; 0 for held ones."""
-    for row in range(len(inverse_masses) // columns):
-        for column in range(columns):
-            n, i = row * columns + column, begin + row * stride + column
-            inverse_masses[n] = mobility[0, i] * mobility[1, i]
-
-
-@exact
-def store_positions(now, inverse_masses, begin, stride, columns, position):  # type: ignore[no-untyped-def]
-    """Write back positions, m, of the particles that are not held, and round the copies."""
-    for row in range(len(now) // columns):
-        for column in range(columns):
-            n, i = row * columns + column, begin + row * stride + column
-            for axis in range(3):
-                if inverse_masses[n] > 0.0:
-                    position[axis, i] = now[n, axis]
+                position[axis, i] = now[n, axis]
                 now[n, axis] = position[axis, i]
-
-
-@exact
-def add_velocities(changes, begin, stride, columns, velocity):  # type: ignore[no-untyped-def]
-    """Add changes of velocity, m/s; those of zero change no bit."""
-    for row in range(len(changes) // columns):
-        for column in range(columns):
-            n, i = row * columns + column, begin + row * stride + column
-            for axis in range(3):
-                if changes[n, axis] != 0.0:
-                    velocity[axis, i] = velocity[axis, i] + changes[n, axis]

@@ -1,13 +1,14 @@
 """
-Contact of the sheet with itself, between parts of a batch of substeps.
+Contact of the sheet with itself, in parts of a batch of substeps.
 
-After each part, the paths of all pairs of features that are near each other are examined.  Pairs
-that would have passed through each other are moved back, and where that is not enough the paths of
-their particles are shortened, in the last resort to nothing: at the end of each part no feature
-has passed another.  Then impulses stop layers that approach, and part those that are too near.
+At the start of a part, the pairs of features are found that are near each other or approach; the
+kernel of kicks and drifts keeps them apart after every kick (`sheet_contacts`).  At the end, the
+paths of all pairs that are near each other are examined.  Pairs that would have passed through
+each other are moved back, and where that is not enough the paths of their particles are shortened,
+in the last resort to nothing: at the end of each part no feature has passed another.
 
 Results are a function of the positions and velocities at the start and at the end of a part.
-Lists, gaps and normals that are kept from one part to the next only save time.
+Lists, distances and directions that are kept from one part to the next only save time.
 """
 
 from __future__ import annotations
@@ -18,25 +19,29 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...scene import Scene
-from ..contact.contact import Contact
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
-from .contact_search import CONTACT, LAST, REACH, search
+from .contact_search import BLOCKED, FACES, LAST, divide, find_blocked, find_contacts
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
-from .particle_arrays import add_velocities, load_inverse_masses, load_vectors, store_positions
-from .response import ROW, apply_impulses, push_back, shorten
-from .supports import find_supports
+from .particle_arrays import load_start, load_vectors, store_positions
+from .response import push_back, shorten
+from .sheet_contacts import ROW, SheetContacts
+from .supports import UNSUPPORTED, find_supports
 
-# Share of the thickness by which gravity may press layers together in a part.
-_SAG = 0.03
-# Motion, in thicknesses, up to which only pairs near contact are looked at again.
-_CALM = 0.12
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
 _HALVINGS, _ATTEMPTS = 6, 24
 _LEAST_ROOM = 256
+# Share of a list's length that is added when it is too short.
+_GROWTH = 1.3
+# Motion, in thicknesses, after which distances are bounded by later positions.
+_STALE = 0.1
+# Particles from which on contacts are divided into groups for two threads.
+_MIN_DIVIDED = 4096
+# Gap, in thicknesses, up to which a collider supports a particle.
+_TOUCH = 0.1
 # Largest divisor of parts, and parts without a blocked path after which it is halved.
 MAX_DIVISION, _PATIENCE = 16, 16
 
@@ -52,10 +57,12 @@ class SelfContact:
 
     Attributes
     ----------
+    in_kernel
+        Contacts of the part, for the kernel of kicks and drifts.
     contacts
-        Number of pairs of features in contact after the last part.
+        Number of pairs of features in contact in the last part.
     distance
-        Least distance of a pair, m, of those that were near contact; inf: none was.
+        Least distance of these pairs at its start, m; inf: there was none.
     touched
         True if there was contact since it was last set to False.
     division
@@ -67,37 +74,39 @@ class SelfContact:
 
     def __init__(self, scene: Scene, grid: Grid, dtype: type) -> None:
         sheet, parameters = scene.sheet, scene.self_contact
-        self._thickness, self._friction = parameters.thickness, parameters.friction
-        self._gravity = math.hypot(*scene.gravity)
-        self._longest = math.inf
-        if self._gravity:
-            self._longest = math.sqrt(2 * _SAG * self._thickness / self._gravity)
+        self._thickness, friction = parameters.thickness, parameters.friction
         self._layout = (grid.begin, grid.stride, grid.columns)
         # Longest motion in a part that is resolved, and in which contact is foreseen, m.
-        self._farthest, self._most = sheet.diagonal, 0.5 * sheet.shortest_spacing
-        self._reach = 0.0
+        self._farthest, self._foreseen = sheet.diagonal, 0.5 * sheet.shortest_spacing
         number = grid.rows * grid.columns
-        self._neighbours = Neighbours(grid, dtype, self._thickness, 0.5 * sheet.shortest_spacing)
-        # Flat arrays: positions and velocities at the start of a part; positions when all pairs
-        # were looked at, and those expected after the next part.
-        self._start, self._start_velocity, self._seen, self._expected = (
-            grid.field(dtype) for _ in range(4)
+        self._neighbours = Neighbours(
+            grid, dtype, self._thickness, sheet.shortest_spacing, self._foreseen
         )
+        self._start = grid.field(dtype)  # positions at the start of a part
         self._before, self._now, self._ahead = np.zeros((3, number, 3))
-        self._former, self._velocities, self._changes = np.zeros((3, number, 3))
-        self._supports = np.zeros((number, 4))
         self._inverse_masses = np.zeros(number)
-        self._last = np.zeros((number, LAST))
-        self._chosen: Array = np.zeros(0, np.uint32)
-        self._allocate(_LEAST_ROOM)
+        self._shifted = np.zeros(number, np.bool_)
+        self._faces, self._last = np.zeros((number, FACES)), np.zeros((number, LAST))
+        self._motions, self._numbers = np.zeros(number), np.zeros(0, np.int64)
+        self._divided = number >= _MIN_DIVIDED
+        # Distances are bounded by how far particles have moved from positions of reference, and by
+        # how far these had moved relative to each other before, m.
+        self._reference = grid.field(dtype)
+        self._moved, self._former, self._passed = 0.0, 0.0, 0.0
+        supports = grid.field(dtype, components=4)
+        supports[3] = UNSUPPORTED
+        none: Array = np.zeros(0, np.int64)
+        self._none = SheetContacts(
+            np.zeros((0, 4), np.int64), np.zeros((0, ROW), dtype), np.zeros(4, np.int64), supports,
+            none, grid.field(dtype), friction,
+        )  # fmt: skip
+        self._sorted = (self._none.particles, self._none.rows)
+        self.in_kernel = self._room = self._none
+        self._blocked_particles: Array = np.zeros((_LEAST_ROOM, 4), np.int64)
+        self._blocked: Array = np.zeros((_LEAST_ROOM, BLOCKED))
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
         self._origin: Array | None = None
         self.division, self._free = 1, 0
-
-    def _allocate(self, count: int) -> None:
-        self._particles: Array = np.zeros((count, 4), np.uint32)
-        self._contacts: Array = np.zeros((count, CONTACT))
-        self._rows: Array = np.zeros((count, ROW))
 
     def check(self, name: str, positions: Array) -> None:
         """Refuse positions, m, shape (3, rows, columns), of a sheet that passes through itself."""
@@ -108,10 +117,9 @@ class SelfContact:
         self._origin = None
         self.division, self._free = pace
 
-    def part(self, count: int, h: float, most: int) -> int:
-        """Return how many of the next `count` substeps of `h` s make a part, at most `most`."""
-        longest = self._longest / self.division
-        parts = max(math.ceil(count / most), math.ceil(min(count * h / longest, count)), 1)
+    def part(self, count: int, most: int) -> int:
+        """Return how many of the next `count` substeps make a part, at most `most`."""
+        parts = math.ceil(count / most) * self.division
         return math.ceil(count / parts)
 
     @property
@@ -127,152 +135,173 @@ class SelfContact:
         elif self._free >= _PATIENCE and self.division > 1:
             self.division, self._free = self.division // 2, 0
 
-    def begin_part(self, state: State) -> None:
-        """Note the state at the start of a part, which is accepted."""
-        self._start[...], self._start_velocity[...] = state.position, state.velocity
+    # Start of a part
+
+    def begin_part(self, state: State, seconds: float, surfaces: Sequence[Surface]) -> None:
+        """
+        Find the contacts of a part of `seconds` from a state that is accepted.
+
+        Colliders may support the sheet by their surfaces.
+        """
+        self._start[...] = state.position
+        near = self._neighbours
         if self._origin is not state.origin:
             self._origin = state.origin
-            self._neighbours.invalidate()
-
-    def end_part(
-        self, state: State, seconds: float, colliders: Contact | None, time: float
-    ) -> None:
-        """
-        Resolve the contact of a sheet at the end of a part of `seconds`, at a time, s.
-
-        Positions and velocities are changed; colliders may support the sheet.
-        """
-        near = self._neighbours
-        ahead = seconds * near.speed(state.velocity)
-        if not ahead <= self._farthest:
-            ahead = self._farthest  # as for NaN
-        self._reach = self._thickness + min(
-            max((REACH - 1) * self._thickness, 2 * ahead), self._most
-        )
-        if near.stays_empty(state.position, ahead, self._reach):
-            self._note_no_contact()
+            near.invalidate()
+        new = near.prepare(state.position, state.velocity, seconds)
+        if new:
+            self._refer_to(state.position)
+        self.in_kernel = self._none
+        self.contacts, self.distance = 0, math.inf
+        if len(near.pairs) == 0:
             return
-        if not near.motion(self._start, state.position) <= self._farthest:
+        self._load_start(state, seconds, state.position)
+        self._find_supports(state, surfaces)
+        self._find_contacts(state)
+        self.touched = self.touched or self.contacts > 0
+
+    def _load_start(self, state: State, seconds: float, position: Array) -> None:
+        load_start(
+            position, state.velocity, state.contact_mobility, seconds, self._neighbours.mean,
+            *self._layout, self._neighbours.used, self._before, self._ahead, self._motions,
+            self._inverse_masses,
+        )  # fmt: skip
+
+    def _refer_to(self, position: Array) -> None:
+        """Bound the distances of a new list, none of which is known, by these positions."""
+        self._reference[...] = position
+        self._moved = self._passed = 0.0
+
+    def _find_supports(self, state: State, surfaces: Sequence[Surface]) -> None:
+        supports, former = self._room.supports, self._room.supported
+        supports[:, former] = self._room.lifts[:, former] = 0.0
+        supports[3, former] = UNSUPPORTED
+        for each in surfaces:
+            find_supports(
+                state.position, self._neighbours.used, each.rho, *self._layout, each.kind,
+                each.row, each.fields, _TOUCH * self._thickness, supports,
+            )  # fmt: skip
+        supported = np.flatnonzero(supports[3] > UNSUPPORTED) if surfaces else self._none.supported
+        self._room = self._room._replace(supported=supported)
+
+    def _find_contacts(self, state: State) -> None:
+        near, passed, moved = self._neighbours, self._passed, 2 * self._moved
+        while True:
+            particles, rows = self._room.particles, self._room.rows
+            count, room, nearest = find_contacts(
+                self._before, self._ahead, self._motions, near.pairs, near.normals, near.distances,
+                near.vertices, passed - moved, passed + moved, self._thickness, self._foreseen,
+                self._inverse_masses, self._room.supports, *self._layout, self._faces, self._last,
+                self._numbers, particles, rows,
+            )  # fmt: skip
+            if room <= len(rows):
+                break
+            size = int(_GROWTH * room) + _LEAST_ROOM
+            particles, rows = np.zeros((size, 4), np.int64), np.zeros((size, ROW), rows.dtype)
+            self._room = self._room._replace(particles=particles, rows=rows)
+            self._sorted = (particles.copy(), rows.copy())
+            self._numbers = np.zeros(size, np.int64)
+        starts = np.array([0, count, count, count])
+        if self._divided and count:
+            divide(particles, rows, count, state.position, *self._sorted, starts)
+            particles, rows = self._sorted
+        self.contacts, self.distance = count, nearest
+        self.in_kernel = self._room._replace(particles=particles, rows=rows, starts=starts)
+
+    # End of a part
+
+    def end_part(self, state: State) -> None:
+        """Move back what has passed through the sheet in a part; its positions are changed."""
+        near = self._neighbours
+        new = near.follow(self._start, state.position, self._farthest)
+        if new is None:
             # Too far, or not finite: the sheet stays as it was, and moves as a whole at most.
             mean = np.where(np.isfinite(near.mean), near.mean, 0.0).astype(state.dtype)
             state.position[...] = self._start + mean[:, None] * state.free
             self._origin = None
             return
-        np.multiply(state.velocity, state.dtype(seconds), out=self._expected)
-        self._expected += state.position
-        new = near.update(self._start, state.position, self._expected, self._reach)
-        if len(near.pairs) == 0:
-            self._note_no_contact()
-            return
-        load_inverse_masses(state.contact_mobility, *self._layout, self._inverse_masses)
-        for field, vectors in (
-            (self._start, self._before),
-            (state.position, self._now),
-            (self._expected, self._ahead),
-        ):
-            load_vectors(field, *self._layout, vectors)
-        count = self._accept_paths(state, new=new)
-        self.contacts = count
-        if count:
-            self.touched = True
-            surfaces = () if colliders is None else colliders.surfaces(state, time)
-            self._respond(state, count, seconds, surfaces)
+        blocked = False
+        if len(near.pairs):
+            if new:  # with other particles
+                self._load_start(state, 0.0, self._start)
+            load_vectors(state.position, *self._layout, near.used, self._now)
+            if new:
+                self._refer_to(self._start)
+            self._former = self._moved
+            self._moved = near.motion(self._reference, state.position)
+            blocked = self._accept_paths(state)
+            if 2 * self._moved > _STALE * self._thickness:
+                self._passed += 2 * near.motion(self._reference, state.position)
+                self._reference[...], self._moved = state.position, 0.0
+        self._adapt(blocked=blocked)
 
-    def _note_no_contact(self) -> None:
-        self.contacts, self.distance = 0, math.inf
-        self._adapt(blocked=False)
-
-    def _accept_paths(self, state: State, *, new: bool) -> int:
-        """Move back what has passed through the sheet; return the number of contacts."""
-        margin = _CALM * self._thickness
-        calm = (
-            not new
-            and max(
-                self._neighbours.motion(self._seen, each)
-                for each in (self._start, state.position, self._expected)
-            )
-            < 0.5 * margin
-        )
-        if not calm:
-            self._seen[...] = state.position
-            self._chosen = np.empty(len(self._neighbours.pairs), np.uint32)
-        count, blocked = self._search(every=not calm, again=False, slack=0.0 if new else margin)
-        self._adapt(blocked=blocked > 0)
+    def _accept_paths(self, state: State) -> bool:
+        """Move back what has passed through the sheet; return whether a path was blocked."""
+        count = first = self._find_blocked(again=False)
         attempt = 0
-        while blocked and attempt <= _ATTEMPTS:
-            found = (self._particles, self._contacts, count)
+        while count and attempt <= _ATTEMPTS:
+            found = (self._blocked_particles, self._blocked, count)
             if attempt == 0:
-                push_back(self._now, self._inverse_masses, *found)
+                self._shifted[:] = False
+                push_back(self._now, self._inverse_masses, *found, self._shifted)
             elif attempt < _ATTEMPTS:
                 share = 0.5 if attempt <= _HALVINGS else 0.0
-                shorten(self._now, self._before, share, *found)
+                shorten(self._now, self._before, share, found[0], count, self._shifted)
                 self.shortened += 1
             else:
+                state.position[...] = self._start
                 self._now[...] = self._before
-            store_positions(self._now, self._inverse_masses, *self._layout, state.position)
-            self._seen[...] = state.position
-            count, blocked = self._search(every=True, again=True, slack=0.0)
+                self._shifted[self._neighbours.used] = True
+            store_positions(self._now, self._shifted, *self._layout, state.position)
+            new = self._neighbours.follow(self._start, state.position, self._farthest)
+            if new:
+                self._load_start(state, 0.0, self._start)
+                load_vectors(state.position, *self._layout, self._neighbours.used, self._now)
+            # What is moved back may be farther from the reference.
+            self._moved = self._neighbours.motion(self._reference, state.position)
+            count = self._find_blocked(again=not new)
             attempt += 1
-        return count
+        return first > 0
 
-    def _search(self, *, every: bool, again: bool, slack: float) -> tuple[int, int]:
-        """Return the number of contacts, and of those whose path is not accepted."""
-        near = self._neighbours
-        if every:
-            self._chosen = np.empty(len(near.pairs), np.uint32)
+    def _find_blocked(self, *, again: bool) -> int:
+        """Return the number of pairs whose path is not accepted, which are listed."""
+        near, most = self._neighbours, max(self._moved, self._former)
         while True:
-            count, blocked, chosen, self.distance = search(
-                self._before, self._now, self._ahead, near.pairs, near.normals, near.gaps,
-                near.vertices, self._chosen, every, slack, again, self._thickness,
-                self._reach, _CALM * self._thickness, self._last, self._particles, self._contacts,
+            count: int = find_blocked(
+                self._before, self._now, near.pairs, near.normals, near.distances, near.vertices,
+                self._passed - 2 * self._moved, self._passed + 2 * most, again, self._shifted,
+                self._thickness, self._blocked_particles, self._blocked,
             )  # fmt: skip
-            if count <= len(self._particles):
-                self._chosen = self._chosen[:chosen]
-                return count, blocked
-            self._allocate(int(1.3 * count))
-            again = True
-
-    def _respond(
-        self, state: State, count: int, seconds: float, surfaces: Sequence[Surface]
-    ) -> None:
-        load_vectors(state.velocity, *self._layout, self._velocities)
-        load_vectors(self._start_velocity, *self._layout, self._former)
-        self._find_supports(surfaces, seconds)
-        apply_impulses(
-            self._velocities, self._changes, self._former, self._supports, self._inverse_masses,
-            self._particles, self._contacts, count, seconds, self._gravity, self._friction,
-            self._rows,
-        )  # fmt: skip
-        add_velocities(self._changes, *self._layout, state.velocity)
-
-    def _find_supports(self, surfaces: Sequence[Surface], seconds: float) -> None:
-        self._supports[:, :3], self._supports[:, 3] = 0.0, -math.inf
-        for each in surfaces:
-            find_supports(
-                self._now, each.rho, *self._layout, each.kind, each.row, each.fields, seconds,
-                self._supports,
-            )  # fmt: skip
+            if count <= len(self._blocked_particles):
+                return count
+            size = int(_GROWTH * count)
+            self._blocked_particles, self._blocked = (
+                np.zeros((size, 4), np.int64),
+                np.zeros((size, BLOCKED)),
+            )
 
     # Compilation
 
     def warm_up(self, state: State) -> None:
         """Compile the kernels, for a state that none of them changes."""
-        self.begin_part(state)
         self._neighbours.warm_up(state.position)
-        self._search(every=True, again=False, slack=0.0)
-        found = (self._particles, self._contacts, 0)
-        load_inverse_masses(state.contact_mobility, *self._layout, self._inverse_masses)
-        load_vectors(state.position, *self._layout, self._now)
-        push_back(self._now, self._inverse_masses, *found)
-        shorten(self._now, self._now, 1.0, *found)
-        store_positions(self._now, self._inverse_masses, *self._layout, state.position)
-        self._respond(state, 0, 1.0, ())
+        self.begin_part(state, 0.0, ())
+        self._load_start(state, 0.0, state.position)
+        self._find_contacts(state)
+        divide(*self._sorted, 0, state.position, *self._sorted, np.zeros(4, np.int64))
+        self._find_blocked(again=False)
+        push_back(
+            self._now, self._inverse_masses, self._blocked_particles, self._blocked, 0,
+            self._shifted,
+        )  # fmt: skip
+        shorten(self._now, self._now, 1.0, self._blocked_particles, 0, self._shifted)
+        store_positions(self._now, self._shifted, *self._layout, state.position)
         self.check('positions', state.grid.interior(state.position))
-        self._origin = None
+        self.in_kernel, self._origin = self._none, None
 
-    def warm_up_supports(self, surfaces: Sequence[Surface]) -> None:
+    def warm_up_supports(self, state: State, surfaces: Sequence[Surface]) -> None:
         """Compile the kernel of colliders that support the sheet."""
-        self._find_supports(surfaces, 1.0)
+        self._find_supports(state, surfaces)
 
 
 def self_contact_of(scene: Scene, grid: Grid, dtype: type) -> SelfContact | None:

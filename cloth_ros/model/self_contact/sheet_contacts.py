@@ -1,0 +1,196 @@
+"""
+Contacts of a sheet with itself in the kernel of kicks and drifts: impulses and friction.
+
+After each kick and drift the contacts of the part are treated one after the other, forwards and
+backwards in turn (Gauss-Seidel).  Where two features would come nearer than their distance at rest
+they get the impulse that stops them there, and friction after Coulomb.  The drift is corrected by
+the change of velocity, as if the impulse had acted before it: a pair at rest does not sink between
+two substeps.  Pairs that are too near are parted slowly, without a velocity that would remain.
+
+Where a collider supports a particle, the sheet on it rests on the collider: a contact takes the
+particle as too heavy to be pushed into it, and counts its velocity as that of the surface.  The
+impulse on the particle is the full one nevertheless, which the collider takes up in the next
+substep, and accounts for.
+
+Normals and weights are those at the start of the part.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..grid import Array
+from ..kernels.jit import inlined
+
+# Numbers about a contact: the weights of its particles, those times their inverse masses, the
+# normal, the distance at rest, m, the mass of the relative motion, and whether a collider supports
+# one of the particles.
+WEIGHTS, INVERSE_MASSES, NORMAL, REST, MASS, SUPPORTED = 0, 4, 8, 11, 12, 13
+ROW = 14
+# Time, s, in which a distance that is too small is restored.
+_RESTORING = 0.02
+# Length of a drift, s, below which nothing is foreseen in it.
+_SHORTEST = 1e-12
+
+
+class SheetContacts(NamedTuple):
+    """
+    Contacts of a sheet with itself, as the kernel of kicks and drifts takes them.
+
+    Attributes
+    ----------
+    particles
+        Flat indices, int64, shape (n, 4).
+    rows
+        In the precision of the sheet, shape (n, ROW).
+    starts
+        Where groups of contacts begin, of which the first two share no particle, and their number:
+        int64, shape (4,).
+    supports, supported
+        Normal of the collider at each particle, and least velocity along it, m/s: shape (4, size);
+        and flat indices of the particles that one supports, int64, shape (m,).
+    lifts
+        Scratch: shape (3, size).
+    friction
+        Coefficient.
+
+    """
+
+    particles: Array
+    rows: Array
+    starts: Array
+    supports: Array
+    supported: Array
+    lifts: Array
+    friction: float
+
+
+@inlined
+def _relative(field, axis, rows, c, i, j, k, h):  # type: ignore[no-untyped-def]
+    """Return a component of the difference of a field between both points of a contact."""
+    origin = field[axis, i]
+    # Differences from one particle: those of coordinates far from the origin are more exact.
+    return (
+        rows[c, WEIGHTS + 1] * (field[axis, j] - origin)
+        + rows[c, WEIGHTS + 2] * (field[axis, k] - origin)
+        + rows[c, WEIGHTS + 3] * (field[axis, h] - origin)
+    )
+
+
+@inlined
+def _push(position, velocity, i, inverse, length, x, y, z, p, q, r):  # type: ignore[no-untyped-def]
+    """Give an impulse to a particle, before a drift that has been made, and a displacement."""
+    u, v, w = inverse * x, inverse * y, inverse * z
+    velocity[0, i] += u
+    velocity[1, i] += v
+    velocity[2, i] += w
+    position[0, i] += length * u + inverse * p
+    position[1, i] += length * v + inverse * q
+    position[2, i] += length * w + inverse * r
+
+
+@inlined
+def _lift(position, velocity, lifts, supports, i, inverse, length, p, q, r):  # type: ignore[no-untyped-def]
+    """Let a collider keep a particle that was pushed and displaced from moving into it."""
+    zero = velocity.dtype.type(0)
+    x, y, z = supports[0, i], supports[1, i], supports[2, i]
+    speed = (
+        x * (velocity[0, i] + lifts[0, i])
+        + y * (velocity[1, i] + lifts[1, i])
+        + z * (velocity[2, i] + lifts[2, i])
+    )
+    lack = max(supports[3, i] - speed, zero)
+    lifts[0, i] += lack * x
+    lifts[1, i] += lack * y
+    lifts[2, i] += lack * z
+    back = length * lack + max(-inverse * (p * x + q * y + r * z), zero)
+    position[0, i] += back * x
+    position[1, i] += back * y
+    position[2, i] += back * z
+
+
+@inlined
+def sweep(group, length, backwards, position, velocity, contacts):  # type: ignore[no-untyped-def]
+    """
+    Stop what comes too near in a drift, and apply friction.
+
+    Parameters
+    ----------
+    group
+        Of contacts, which are treated.
+    length
+        Of the drift, s, in the precision of the sheet.
+    backwards
+        True to begin with the last contact.
+    position, velocity
+        After the drift, m and m/s, flat arrays; changed.
+    contacts
+        A `SheetContacts`.
+
+    """
+    particles, rows, starts, supports, _, lifts, friction = contacts
+    number = velocity.dtype.type
+    zero, one = number(0), number(1)
+    friction = number(friction)
+    approach, restored = one / max(length, number(_SHORTEST)), length / number(_RESTORING)
+    begin, end = starts[group], starts[group + 1]
+    for each in range(end - begin):
+        c = np.uint64(end - 1 - each if backwards else begin + each)
+        i, j = np.uint64(particles[c, 0]), np.uint64(particles[c, 1])
+        k, h = np.uint64(particles[c, 2]), np.uint64(particles[c, 3])
+        nx, ny, nz = rows[c, NORMAL], rows[c, NORMAL + 1], rows[c, NORMAL + 2]
+        x = _relative(velocity, 0, rows, c, i, j, k, h)
+        y = _relative(velocity, 1, rows, c, i, j, k, h)
+        z = _relative(velocity, 2, rows, c, i, j, k, h)
+        lifted = rows[c, SUPPORTED] > zero
+        if lifted:
+            x += _relative(lifts, 0, rows, c, i, j, k, h)
+            y += _relative(lifts, 1, rows, c, i, j, k, h)
+            z += _relative(lifts, 2, rows, c, i, j, k, h)
+        along = nx * x + ny * y + nz * z
+        # By how much the pair is too near before the drift, and too slow along the normal.
+        lack = (
+            rows[c, REST]
+            + length * along
+            - (
+                nx * _relative(position, 0, rows, c, i, j, k, h)
+                + ny * _relative(position, 1, rows, c, i, j, k, h)
+                + nz * _relative(position, 2, rows, c, i, j, k, h)
+            )
+        )
+        missing = min(lack, zero) * approach - along
+        part = max(lack, zero) * restored - max(along, zero) * length
+        if not (missing > zero or part > zero):
+            continue
+        mass = rows[c, MASS]
+        missing, part = max(missing, zero), mass * max(part, zero)
+        x, y, z = x - along * nx, y - along * ny, z - along * nz
+        slip = np.sqrt(x * x + y * y + z * z)
+        # Friction stops the sliding, or is in proportion to the push.
+        most = friction * missing
+        share = mass if slip <= most else mass * most / slip
+        push = mass * missing
+        x, y, z = push * nx - share * x, push * ny - share * y, push * nz - share * z
+        p, q, r = part * nx, part * ny, part * nz
+        a, b = rows[c, INVERSE_MASSES], rows[c, INVERSE_MASSES + 1]
+        d, e = rows[c, INVERSE_MASSES + 2], rows[c, INVERSE_MASSES + 3]
+        _push(position, velocity, i, a, length, x, y, z, p, q, r)
+        _push(position, velocity, j, b, length, x, y, z, p, q, r)
+        _push(position, velocity, k, d, length, x, y, z, p, q, r)
+        _push(position, velocity, h, e, length, x, y, z, p, q, r)
+        if lifted:
+            _lift(position, velocity, lifts, supports, i, a, length, p, q, r)
+            _lift(position, velocity, lifts, supports, j, b, length, p, q, r)
+            _lift(position, velocity, lifts, supports, k, d, length, p, q, r)
+            _lift(position, velocity, lifts, supports, h, e, length, p, q, r)
+
+
+@inlined
+def end_sweep(contacts):  # type: ignore[no-untyped-def]
+    """Forget what colliders have taken up in a sweep."""
+    _, _, _, _, supported, lifts, _ = contacts
+    for n in range(len(supported)):
+        i = np.uint64(supported[n])
+        lifts[0, i] = lifts[1, i] = lifts[2, i] = lifts.dtype.type(0)
