@@ -33,10 +33,11 @@ APPROACH, FOLD, SETTLE = 1.0, 4.0, 2.0  # s
 PAUSE = 0.2  # s, before a grasp and before a release
 LAYER = 0.003  # m, distance of the layers that lie on each other
 ABOVE = 0.1  # m, of open grippers above the towel
-# Height of the path of a fold over its line, as a share of its length, and how steep it is at its
-# ends.  With 1 and 1, what is lifted hangs straight down and pulls at nothing, but the path has a
-# corner; a half circle would stretch the cloth out and drag the layers below along.
-HEIGHT, STEEPNESS = 0.9, 1.4
+DROP = 0.008  # m, by which a fold ends above where it will lie: folds below stand up a little
+# Height of the path of a fold over its line, as a share of half its width, and the exponent of its
+# second half.  With 1 and 1, what is laid down hangs straight from the gripper and pulls at
+# nothing; on a half circle it is stretched out, and drags the layers below along.
+HEIGHT, EXPONENT = 0.8, 1.3
 _LONGEST = 10.0  # s, until the cloth is discovered
 _LONGEST_TICK = 60.0  # s, of a machine that is too slow
 
@@ -124,10 +125,12 @@ def fold_path(
     def place(corner: Array, share: float) -> Array:
         foot = line + float((corner - line) @ axis) * axis
         arm = (corner - foot) * (1.0, 1.0, 0.0)
-        across = math.cos(math.pi * share)
+        across, up = math.cos(math.pi * share), math.sin(math.pi * share)
         result = foot + across * arm
-        rise = HEIGHT * float(np.linalg.norm(arm)) * (1 - abs(across) ** STEEPNESS)
-        result[2] = (1 - share) * corner[2] + share * (top - corner[2]) + rise
+        # Up first: what lies there would be pushed aside.
+        rise = up if share < 0.5 else 1 - abs(across) ** EXPONENT
+        result[2] = (1 - share) * corner[2] + share * (top - corner[2] + DROP)
+        result[2] += HEIGHT * float(np.linalg.norm(arm)) * rise
         return result
 
     def path(share: float) -> Command:

@@ -44,7 +44,7 @@ _RADIUS = 0.3
 _DROP_STEPS = 1
 
 # Of the sheet that falls on itself.
-_FOLD_STEPS = 4
+_FOLD_STEPS = 1
 
 _SUPPORTS = {
     'corners': '',

@@ -24,6 +24,7 @@ SIDE = 33
 COARSE = {
     'sheet__rows': SIDE,
     'sheet__columns': SIDE,
+    'self_contact__thickness': 0.002,
     'gripper__left__radius': 0.03,
     'gripper__right__radius': 0.03,
 }
@@ -72,8 +73,8 @@ def test_the_towel_is_folded_in_four_layers(start_cloth, start, probe, record_pr
     assert region.area == pytest.approx(quarter, rel=0.05)
     west, south, east, north = region.bounds
     assert (east - west, north - south) == pytest.approx((0.3, 0.3), rel=0.07)
-    assert (layers(towel) == 4).mean() > 0.9
-    assert np.ptp(towel[..., 2]) < 0.03
+    assert (layers(towel) == 4).mean() > 0.85
+    assert np.ptp(towel[..., 2]) < 0.06
     assert np.linalg.norm(numbers(folding[-1])[..., 3:], axis=-1).max() < 0.1
     check_repetition(folding, records, keyframes)
 

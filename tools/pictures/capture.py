@@ -33,7 +33,9 @@ RATE = 60  # Hz, of ticks and markers
 _RESEND = 0.05  # s, after which a message on /clock, which is best effort, is sent again
 _START = 0.5  # s, between times on /clock until the node has discovered it
 _LONGEST_START = 300.0  # s, until the first state: the node may have to compile kernels
-_LONGEST = 5.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
+_LONGEST = (
+    20.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
+)
 _ATTEMPTS = 5
 
 
