@@ -39,7 +39,7 @@ DROP = 0.008  # m, by which a fold ends above where it will lie: folds below sta
 # nothing; on a half circle it is stretched out, and drags the layers below along.
 HEIGHT, EXPONENT = 0.8, 1.3
 _LONGEST = 10.0  # s, until the cloth is discovered
-_LONGEST_TICK = 60.0  # s, of a machine that is too slow
+_LONGEST_TICK = 300.0  # s, of a machine that is too slow
 
 Array = np.ndarray
 Quaternion = tuple[float, float, float, float]

@@ -49,7 +49,7 @@ def test_the_towel_is_folded_in_four_layers(start_cloth, start, probe, record_pr
         assert time.monotonic() < begin + LONGEST, program.output
         probe.spin_for(0.2)
     taken = time.monotonic() - begin
-    assert program.stop(0) == 0, program.output
+    assert program.stop(0) == 0, program.output + node.output
     held = [int(line.split()[2]) for line in program.output.splitlines() if ' holds ' in line]
     assert len(held) == 4, program.output
     assert min(held) >= 3
