@@ -53,8 +53,8 @@ _GAP = 0.05  # m beyond the radius in which contacts are found, further than a t
 _CONTACT_STIFFNESS = 1e4  # N/m
 
 # Of the sheet that falls on itself.
-_FOLD_SUBSTEPS = {16: 10, 32: 20, 64: 40}
-_FOLD_ITERATIONS = 4
+_FOLD_SUBSTEPS = {16: 6, 32: 12, 64: 24}
+_FOLD_ITERATIONS = 2
 
 
 class Sheet:
