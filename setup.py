@@ -53,6 +53,7 @@ setup(
             'types-PyYAML',
             'cyclonedds',
             'playwright',
+            'shapely',
             'colcon-common-extensions',
             'colcon-ros',
             *DOCS,

@@ -26,7 +26,7 @@ def _edges(triangles: Array) -> Array:
     return edges
 
 
-def intersecting_edges(positions: Array) -> Array:
+def intersecting_edges(positions: Array, triangles: Array | None = None) -> Array:
     """
     Return edges of a sheet that pierce a triangle with which they share no corner.
 
@@ -36,6 +36,8 @@ def intersecting_edges(positions: Array) -> Array:
     ----------
     positions
         m, shape (rows, columns, 3).
+    triangles
+        Corners, shape (n, 3); None: those that are published.
 
     Returns
     -------
@@ -45,7 +47,8 @@ def intersecting_edges(positions: Array) -> Array:
     """
     rows, columns, _ = positions.shape
     points = np.asarray(positions, float).reshape(-1, 3)
-    triangles = sheet_triangles(rows, columns)
+    if triangles is None:
+        triangles = sheet_triangles(rows, columns)
     edges = _edges(triangles)
     ends, corners = points[edges], points[triangles]
     middles, centres = ends.mean(axis=1), corners.mean(axis=1)

@@ -23,7 +23,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..drop import BOX_EDGE, FRICTION, HEIGHT
+from ..fold import THICKNESS, start
 
 NAME = 'MuJoCo flex'
 
@@ -40,9 +43,13 @@ _YOUNG = 950 * (1 - _POISSON**2) / _THICKNESS
 _RADIUS = 0.3
 _DROP_STEPS = 1
 
+# Of the sheet that falls on itself.
+_FOLD_STEPS = 1
+
 _SUPPORTS = {
     'corners': '',
     'table': '<geom type="plane" size="2 2 1" friction="{friction}"/>',
+    'folded': '<geom type="plane" size="2 2 1" friction="{friction}"/>',
     'box': (
         '<geom type="box" size="{half} {half} {half}" pos="0 0 -{half}" friction="{friction}"/>'
     ),
@@ -57,7 +64,7 @@ _MODEL = """
     {support}
     <flexcomp name="sheet" type="grid" dim="2" count="{size} {size} 1" mass="0.2"
               pos="0 0 {height}" spacing="{spacing} {spacing} {spacing}" radius="{radius}">
-      <contact selfcollide="none" contype="{collides}" conaffinity="{collides}"
+      <contact selfcollide="{self}" contype="{collides}" conaffinity="{collides}"
                friction="{friction}"/>
       <elasticity young="{young}" poisson="{poisson}" thickness="{thickness}"
                   elastic2d="stretch"/>
@@ -82,14 +89,19 @@ class Sheet:
         import mujoco
 
         hanging = support == 'corners'
-        self._steps = _STEPS if hanging else _DROP_STEPS
+        folded = support == 'folded'
+        self._steps = _STEPS if hanging else _FOLD_STEPS if folded else _DROP_STEPS
         self.settings = (
             f'flex elasticity (stretch), discrete integrator, {self._steps} '
             f'step{"s" * (self._steps > 1)} of {1e3 * _TICK / self._steps:.1f} ms a tick'
         )
-        if not hanging:
-            self.settings += f', conjugate gradients, radius {_RADIUS:g} spacings'
         spacing = 1 / (size - 1)
+        radius = 0.001 if hanging else _RADIUS * spacing
+        if folded:
+            radius = THICKNESS / 2
+            self.settings += ', conjugate gradients'
+        elif not hanging:
+            self.settings += f', conjugate gradients, radius {_RADIUS:g} spacings'
         model = mujoco.MjModel.from_xml_string(
             _MODEL.format(
                 step=_TICK / self._steps,
@@ -100,7 +112,8 @@ class Sheet:
                 size=size,
                 height=1.5 if hanging else HEIGHT,
                 spacing=spacing,
-                radius=0.001 if hanging else _RADIUS * spacing,
+                radius=radius,
+                self='auto' if folded else 'none',
                 friction=FRICTION,
                 young=_YOUNG,
                 poisson=_POISSON,
@@ -113,7 +126,16 @@ class Sheet:
         self._model = model
         self._data = mujoco.MjData(model)
         self._step = mujoco.mj_step
+        if folded:  # coordinates are displacements from the rest shape
+            mujoco.mj_forward(model, self._data)
+            self._data.qpos[:] = (start(size) - self.positions()).swapaxes(0, 1).ravel()
         mujoco.mj_forward(model, self._data)
+        self.triangles = self._triangles()
+
+    def _triangles(self) -> Any:
+        """Return corners by row and column of the sheet, shape (n, 3)."""
+        index = np.arange(self._size**2).reshape(self._size, self._size).T.ravel()
+        return index[self._model.flex_elem.reshape(-1, 3)]
 
     def advance(self) -> None:
         """Simulate 1/60 s."""

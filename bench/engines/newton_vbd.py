@@ -23,6 +23,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..drop import BOX_EDGE, FRICTION, HEIGHT
+from ..fold import THICKNESS, start
 
 NAME = 'Newton VBD'
 
@@ -51,6 +52,10 @@ _RADIUS = 0.45  # spacings
 _GAP = 0.05  # m beyond the radius in which contacts are found, further than a tick's motion
 _CONTACT_STIFFNESS = 1e4  # N/m
 
+# Of the sheet that falls on itself.
+_FOLD_SUBSTEPS = {16: 6, 32: 12, 64: 24}
+_FOLD_ITERATIONS = 2
+
 
 class Sheet:
     """The benchmark's sheet of `size` × `size` particles."""
@@ -63,10 +68,13 @@ class Sheet:
 
         warp.set_device('cpu')
         hanging = support == 'corners'
-        substeps = _SUBSTEPS if hanging else _DROP_SUBSTEPS
+        folded = support == 'folded'
+        substeps = _SUBSTEPS if hanging else _FOLD_SUBSTEPS if folded else _DROP_SUBSTEPS
+        iterations = _FOLD_ITERATIONS if folded else 1
         self._substeps = substeps.get(size, 2 * (5 * size // 16))
-        self.settings = f'VBD, triangles, {self._substeps} substeps a tick, 1 iteration'
-        if not hanging:
+        self.settings = f'VBD, triangles, {self._substeps} substeps a tick, {iterations} iteration'
+        self.settings += 's' * (iterations > 1)
+        if not (hanging or folded):
             self.settings += (
                 f', contact of particles of radius {_RADIUS:g} spacings, found once a tick'
             )
@@ -74,10 +82,11 @@ class Sheet:
         self._launch = warp.capture_launch
 
         spacing = 1 / (size - 1)
+        radius = 0.001 if hanging else THICKNESS / 2 if folded else _RADIUS * spacing
         builder = newton.ModelBuilder()
         contact = builder.default_shape_cfg
         contact.ke, contact.kd, contact.mu = _CONTACT_STIFFNESS, 0.0, FRICTION
-        if support == 'table':
+        if support in ('table', 'folded'):
             builder.add_ground_plane()
         if support == 'box':
             half = BOX_EDGE / 2
@@ -97,7 +106,7 @@ class Sheet:
             tri_kd=0.0,
             edge_ke=0.0,
             edge_kd=0.0,
-            particle_radius=0.001 if hanging else _RADIUS * spacing,
+            particle_radius=radius,
         )
         if hanging:
             for corner in (0, size - 1):
@@ -114,20 +123,37 @@ class Sheet:
                 model, broad_phase='nxn', soft_contact_gap=_GAP
             )
             self._contacts = self._pipeline.contacts()
-        self._solver = newton.solvers.SolverVBD(model, iterations=1)
+        self._touches_itself = folded
+        contact_with_itself = {
+            'particle_enable_self_contact': True,
+            'particle_self_contact_margin': THICKNESS,
+            'particle_self_contact_gap': THICKNESS,
+        }
+        self._solver = newton.solvers.SolverVBD(
+            model, iterations=iterations, **(contact_with_itself if folded else {})
+        )
         self._control = model.control()
         self._state = model.state()
         self._next = model.state()
+        self.triangles = model.tri_indices.numpy().reshape(-1, 3)
 
         # Warp loads code at the first launch, which cannot be captured: one tick, then a reset.
+        self._begin()
         self._tick()
-        self._state.assign(model.state())
+        self._begin()
         with warp.ScopedCapture() as capture:
             self._tick()
         self._graph = capture.graph
-        self._state.assign(model.state())
+        self._begin()
+
+    def _begin(self) -> None:
+        self._state.assign(self._model.state())
+        if self._touches_itself:
+            self._state.particle_q.assign(start(self._size).reshape(-1, 3))
 
     def _tick(self) -> None:
+        if self._touches_itself:
+            self._solver.rebuild_bvh(self._state)
         if self._pipeline is not None:
             self._pipeline.collide(self._state, self._contacts)
         h = _TICK / self._substeps

@@ -10,7 +10,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,12 +19,12 @@ from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import PointCloud2
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
-from examples.robot_arm import pose_message
+from examples.fold_towel import GRIPPERS, State
 
-from .moments import Motion
+from .moments import Action, Motion
 
 sys.path.insert(0, str(Path(__file__).parents[2] / 'test'))
 from ros import NODE, Probe, Process, environment, free_domain, numbers, probing
@@ -33,7 +33,9 @@ RATE = 60  # Hz, of ticks and markers
 _RESEND = 0.05  # s, after which a message on /clock, which is best effort, is sent again
 _START = 0.5  # s, between times on /clock until the node has discovered it
 _LONGEST_START = 300.0  # s, until the first state: the node may have to compile kernels
-_LONGEST = 5.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
+_LONGEST = (
+    20.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
+)
 _ATTEMPTS = 5
 
 
@@ -124,11 +126,18 @@ class SteppedNode:
         output = self._process.output
         return output.count('the cloth is held') > output.count('the cloth is no longer held')
 
-    def command(self, topic: str, message: PoseStamped) -> None:
-        """Publish a target of a collider."""
-        if topic not in self._poses:
-            self._poses[topic] = self._probe.publisher(PoseStamped, f'/{topic}')
-        self._poses[topic].publish(message)
+    def command(self, action: Action) -> None:
+        """Publish targets of colliders and grippers, and close or open the grippers."""
+        for topic, message in action.targets.items():
+            if topic not in self._poses:
+                self._poses[topic] = self._probe.publisher(PoseStamped, f'/{topic}')
+            self._poses[topic].publish(message)
+        if action.grasp is not None:
+            for name in GRIPPERS:
+                request = SetBool.Request(data=action.grasp)
+                answer = self._probe.call(SetBool, f'/{name}/grasp', request)
+                if not answer.success:
+                    raise SystemExit(answer.message)
 
     def reset(self) -> None:
         """Return to the initial state."""
@@ -149,6 +158,7 @@ class SteppedNode:
 def stepped_node(scene: Path) -> Iterator[SteppedNode]:
     """Run a node with a scene, in a ROS domain of its own."""
     settings = {'use_sim_time': 'true', 'rate': float(RATE), 'markers.rate': float(RATE)}
+    settings['clock.publish'] = 'false'  # a scene may make the node the clock
     command = [*NODE, '--ros-args', '--params-file', str(scene)]
     for name, value in settings.items():
         command += ['-p', f'{name}:={value}']
@@ -166,13 +176,18 @@ def _run(node: SteppedNode, ticks: Sequence[int], motion: Motion | None) -> list
     """Return the states after so many ticks; None if one is missing or the cloth was held."""
     node.reset()
     frames = {}
+    actions = None
     for tick in range(1, max(ticks) + 1):
-        for topic, pose in motion(tick / RATE).items() if motion else ():
-            node.command(topic, pose_message(pose))
         if not node.tick() or node.held:
             return None
+        frame = node.frame()
         if tick in ticks:
-            frames[tick] = node.frame()
+            frames[tick] = frame
+        if motion is not None:
+            state = State(tick / RATE, frame.positions.astype(float))
+            actions = actions or motion(state)
+            with suppress(StopIteration):  # at the end of a motion all stays as it is
+                node.command(actions.send(None if tick == 1 else state))
     return [frames[tick] for tick in ticks]
 
 
@@ -187,7 +202,7 @@ def capture(scene: Path, seconds: Sequence[float], motion: Motion | None = None)
     seconds
         Simulated times, s, ascending; rounded to ticks.
     motion
-        Targets of colliders, published before each tick.
+        What is commanded after each tick.
 
     Raises
     ------
