@@ -199,7 +199,8 @@ class Interactions:
         assert self.contact is not None
         self.contact.warm_up(kick_drift, state)
         if self.self_contact is not None:
-            self.self_contact.warm_up_supports(state, self.contact.surfaces(state, time))
+            surfaces = self.contact.surfaces(state, time, near=False)
+            self.self_contact.warm_up_supports(state, surfaces)
 
 
 def _apply_freely(

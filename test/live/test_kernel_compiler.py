@@ -12,9 +12,10 @@ import numba
 import pytest
 from builders import ROOT, scene_of
 
-from cloth_ros import Scene
+from bench.layers import folded
+from cloth_ros import Cloth, Scene
 from cloth_ros.live import kernel_compiler
-from cloth_ros.live.compile_kernels import _small, kinds_of
+from cloth_ros.live.compile_kernels import _small, kinds_of, warm_up
 from cloth_ros.live.kernel_cache import KernelNotCached, cached_only
 from cloth_ros.live.kernel_compiler import KernelCompiler
 from cloth_ros.model.precision import precision_for
@@ -179,3 +180,23 @@ def test_nothing_is_compiled_where_that_is_forbidden():
     assert double(1.0) == 2.0
     with cached_only():
         assert double(2.0) == 4.0
+
+
+def test_no_kernel_is_compiled_while_layers_fall_on_a_collider():
+    """Not even those of contact of the sheet with itself where a collider supports it."""
+    table = {'names': ['table'], 'table': {'type': 'plane'}}
+    sheet = {'sheet__rows': 9, 'sheet__columns': 17, 'sheet__size': (0.6, 0.3)}
+    limp = {f'springs__{kind}': 0.1 for kind in ('structural', 'shear', 'bending')}
+    scene = scene_of(pins=[''], collider=table, self_contact__thickness=4e-3, **sheet, **limp)
+    warm_up(scene, kinds_of(scene))
+    cloth, layers, touching = Cloth(scene), 0, 0
+    positions = folded(9, 17, (0.6, 0.3), 6e-3)
+    positions[..., 2] += 0.005
+    cloth.positions = positions
+    with cached_only():
+        for _ in range(15):
+            cloth.advance(1 / 60)
+            layers = max(layers, cloth.self_contact.contacts)
+            touching = max(touching, cloth.colliders['table'].touching)
+    assert layers > 0
+    assert touching > 0

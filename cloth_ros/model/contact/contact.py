@@ -254,12 +254,12 @@ class Contact:
                 each.placed = True
                 self._fit(each, state)
 
-    def surfaces(self, state: State, time: float) -> list[Surface]:
-        """Return the surfaces at a time, s, of the colliders that were near in the last batch."""
+    def surfaces(self, state: State, time: float, *, near: bool = True) -> list[Surface]:
+        """Return the surfaces at a time, s, of colliders: those near in the last batch, or all."""
         rho, times = self._particles.rho, np.array([time, time])
         return [
             Surface(each.kind, each.rows(state.origin, times)[0], self._fields.of(each), rho)
-            for each in self._near
+            for each in (self._near if near else self.colliders.values())
         ]
 
     # By particles
