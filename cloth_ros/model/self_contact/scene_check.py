@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...scene import Scene
 from ...scene.parameter import invalid_value_error
-from ..precision import precision_for
 from .intersections import least_thickness
 
 # Greatest thickness, in spacings: beyond it, neighbours in the flat sheet would touch.
 _MOST = 0.4
 
 
-def check(scene: Scene) -> None:
+def check(scene: Scene, resolution: float) -> None:
     """
     Refuse a thickness that the grid or the precision cannot represent.
+
+    Parameters
+    ----------
+    scene
+        Parameters.
+    resolution
+        Of the precision: the relative difference of two numbers.
 
     Raises
     ------
@@ -30,8 +34,7 @@ def check(scene: Scene) -> None:
         allowed = '0 for a sheet with a single row or column'
         raise invalid_value_error(name, thickness, allowed, f'write {name}: 0.0')
     most = _MOST * sheet.shortest_spacing
-    dtype = np.float64 if precision_for(scene) == 'double' else np.float32
-    least = least_thickness(sheet.diagonal, float(np.finfo(dtype).eps))
+    least = least_thickness(sheet.diagonal, resolution)
     if thickness > most:
         raise invalid_value_error(
             name,
