@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import memory
@@ -28,7 +30,8 @@ def check_scene(scene: object) -> None:
             'scene', scene, 'a cloth_ros.Scene', 'use Scene(...) or Scene.from_yaml'
         )
     check_time_step(scene)
-    self_contact.check(scene, precision_for(scene))
+    dtype = np.float64 if precision_for(scene) == 'double' else np.float32
+    self_contact.check(scene, float(np.finfo(dtype).eps))
     memory.check(scene, memory.of_cloth(scene))
     for each in scene.colliders:
         shape_of(each, circumradius(scene))

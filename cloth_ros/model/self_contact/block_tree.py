@@ -8,8 +8,8 @@ of reach of each other.  What remains are pairs of cells.
 
 So that the pairs stay complete while particles move, relative motion is allowed for in two ways:
 particles that are K cells apart in the sheet, along rows and columns together, do not move farther
-relative to each other than K times the greatest change of an edge, nor than both have moved, for
-which there are bounds by tiles of cells.
+relative to each other than K times the greatest change of an edge, nor than twice the greatest
+motion of a particle.
 
 The order of the pairs is that of the tree, whatever the positions are: results that depend on the
 order do not depend on when a list was made.
@@ -22,14 +22,11 @@ import numpy as np
 from ..grid import Array
 from ..kernels.jit import exact, exact_inlined, inlined, kernel
 from .flatness import EDGES, least_distance
-from .motion import TILE
 
 # Rows of the bounds: least and greatest coordinates, then those of the edge vectors along the rows
 # and along the columns.
 _EDGES = 6
 _BOUNDS = _EDGES + EDGES
-# Level of the blocks that are tiles.
-_TILES = TILE.bit_length() - 1
 # Rows and columns of blocks from one to another up to which both may be flat together.
 _LARGEST = 2
 # Pairs of blocks that are still to be compared: at most 15 more on each level.
@@ -64,8 +61,6 @@ class Blocks:
             levels.append((first + down * across, (down + 1) // 2, (across + 1) // 2))
         self.levels: Array = np.array(levels)
         self.bounds: Array = np.empty((_BOUNDS, levels[-1][0] + 1), dtype)
-        first = levels[_TILES][0] if len(levels) > _TILES else levels[-1][0]
-        self._motions = np.zeros(levels[-1][0] + 1 - first)
 
     def bound(self, position: Array, begin: int, stride: int, *, extend: bool = False) -> None:
         """Bound the cells by positions, m, a flat array, or `extend` their bounds by these."""
@@ -77,7 +72,7 @@ class Blocks:
         _bound_blocks(self.levels, self.bounds)
 
     def near_cells(
-        self, reach: float, far: float, flat: float, motions: Array, change: float, out: Array
+        self, reach: float, far: float, flat: float, motion: float, change: float, out: Array
     ) -> int:
         """
         List the pairs of cells that may come into reach.
@@ -88,11 +83,11 @@ class Blocks:
             Distance, m, up to which features are near.
         far
             The same, m, of cells that are more than two cells apart in the sheet, where `change`
-            decides; for those `motions` are enough besides `reach`.
+            decides; for those the margin `motion` is enough besides `reach`.
         flat
             Distance, m, of features in a block that counts as flat.
-        motions, change
-            Greatest motion of the particles of each tile, and change of an edge, m, for which the
+        motion, change
+            Greatest relative motion of two particles, and change of an edge, m, for which the
             list stays complete.
         out
             Receives the cells of each pair, shape (n, 2); pairs beyond its length are counted.
@@ -103,11 +98,7 @@ class Blocks:
             Number of pairs.
 
         """
-        self._motions[: len(motions)] = motions
-        _bound_motions(self.levels, self._motions)
-        count: int = _near_cells(
-            self.levels, self.bounds, reach, far, flat, self._motions, change, out
-        )
+        count: int = _near_cells(self.levels, self.bounds, reach, far, flat, motion, change, out)
         return count
 
 
@@ -232,33 +223,7 @@ def _bound_edges_of_blocks(bounds, first, across, top, bottom, left, right, box)
 
 
 @exact
-def _bound_motions(levels, motions):  # type: ignore[no-untyped-def]
-    """Bound the motion of blocks larger than tiles by that of tiles."""
-    for level in range(_TILES + 1, len(levels)):
-        down, across = levels[level, 1], levels[level, 2]
-        former, rows, columns = levels[level - 1, 0], levels[level - 1, 1], levels[level - 1, 2]
-        begin, former = levels[level, 0] - levels[_TILES, 0], former - levels[_TILES, 0]
-        for row in range(down):
-            for column in range(across):
-                most = 0.0
-                for r in range(2 * row, min(2 * row + 2, rows)):
-                    for c in range(2 * column, min(2 * column + 2, columns)):
-                        most = max(most, motions[former + r * columns + c])
-                motions[begin + row * across + column] = most
-
-
-@exact_inlined
-def _motion(levels, motions, level, row, column):  # type: ignore[no-untyped-def]
-    """Return the motion of a block, or of the tile of which it is a part."""
-    if level > _TILES:
-        return motions[levels[level, 0] - levels[_TILES, 0] + row * levels[level, 2] + column]
-    down = _TILES - level
-    across = (levels[level, 2] - 1 >> down) + 1
-    return motions[(row >> down) * across + (column >> down)]
-
-
-@exact
-def _near_cells(levels, bounds, reach, far, flat, motions, change, out):  # type: ignore[no-untyped-def]
+def _near_cells(levels, bounds, reach, far, flat, motion, change, out):  # type: ignore[no-untyped-def]
     box = np.empty(EDGES)
     # Level, row and column of one block, and of the other.
     stack = np.empty((_STACK, 5), np.int64)
@@ -275,7 +240,6 @@ def _near_cells(levels, bounds, reach, far, flat, motions, change, out):  # type
         if max(down, right) > 1:
             cells = (down + right + 2) << level
             beside = level == 0 and max(down, right) <= 2
-            motion = _motion(levels, motions, level, a, b) + _motion(levels, motions, level, c, d)
             allowed = min(reach + motion, (reach if beside else far) + cells * change)
             gap = _gap_squared(bounds, first + a * across + b, first + c * across + d)
             if gap > allowed * allowed:

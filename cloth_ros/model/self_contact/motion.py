@@ -13,30 +13,15 @@ from ..kernels.jit import inlined, kernel
 _ROUNDING = 1.001
 # Lanes: motion of particles, and change of edges.
 LANES = 2
-# Cells along a side of a tile, for which motion is found.
-TILE = 8
-# Particles along a side, of which the median motion is taken.
-_SAMPLES = 5
 
 
 @inlined
-def _median_motion(first, last, begin, stride, rows, columns, common):  # type: ignore[no-untyped-def]
-    """Write the median displacement of some particles: that of most, if others move."""
-    values = np.empty(_SAMPLES * _SAMPLES)
-    for axis in range(3):
-        count = 0
-        for r in range(_SAMPLES):
-            for c in range(_SAMPLES):
-                row = (2 * r + 1) * rows // (2 * _SAMPLES)
-                i = begin + row * stride + (2 * c + 1) * columns // (2 * _SAMPLES)
-                value = np.float64(last[axis, i] - first[axis, i])
-                place = count
-                while place > 0 and values[place - 1] > value:
-                    values[place] = values[place - 1]
-                    place -= 1
-                values[place] = value
-                count += 1
-        common[axis] = values[count // 2]
+def _add_row(sums, first, last, begin, count):  # type: ignore[no-untyped-def]
+    for axis in range(np.uint64(3)):
+        total = first[axis, begin] - first[axis, begin]
+        for c in range(np.uint64(count)):
+            total += last[axis, begin + c] - first[axis, begin + c]
+        sums[axis] += total
 
 
 @inlined
@@ -62,47 +47,33 @@ def _edge_maximum(first, last, begin, count, step, lanes):  # type: ignore[no-un
 
 
 @kernel
-def _measure(  # type: ignore[no-untyped-def]
-    first, last, edges, begin, stride, rows, columns, lanes, common, tiles
-):
-    _median_motion(first, last, begin, stride, rows, columns, common)
+def _measure(first, last, edges, begin, stride, rows, columns, lanes, mean):  # type: ignore[no-untyped-def]
+    mean[:] = 0.0
+    for row in range(rows):
+        _add_row(mean, first, last, np.uint64(begin + row * stride), columns)
     number = lanes.dtype.type
-    x, y, z = number(common[0]), number(common[1]), number(common[2])
-    lanes[1, :] = 0
-    across = (columns + TILE - 1) // TILE
+    for axis in range(3):
+        mean[axis] /= rows * columns
+    x, y, z = number(mean[0]), number(mean[1]), number(mean[2])
+    lanes[:] = 0
+    for row in range(rows):
+        start = np.uint64(begin + row * stride)
+        _row_maximum(first, last, start, columns, x, y, z, lanes)
+        if edges:
+            _edge_maximum(first, last, start, columns - 1, np.uint64(1), lanes)
+            if row + 1 < rows:
+                _edge_maximum(first, last, start, columns, np.uint64(stride), lanes)
     moved, changed = 0.0, 0.0
-    for band in range((rows + TILE - 1) // TILE):
-        lanes[0, :] = 0
-        top, bottom = band * TILE, min((band + 1) * TILE, rows - 1)
-        for row in range(top, bottom + 1):
-            start = np.uint64(begin + row * stride)
-            _row_maximum(first, last, start, columns, x, y, z, lanes)
-            if edges and (row < bottom or row + 1 == rows):
-                _edge_maximum(first, last, start, columns - 1, np.uint64(1), lanes)
-                if row + 1 < rows:
-                    _edge_maximum(first, last, start, columns, np.uint64(stride), lanes)
-        for place in range(across):
-            # The particles at the ends of a tile belong to the next one as well.
-            most = 0.0
-            for c in range(place * TILE, min((place + 1) * TILE, columns - 1) + 1):
-                most = max(most, lanes[0, c])
-            tiles[band * across + place] = np.sqrt(most) * _ROUNDING
-            moved = max(moved, most)
     for c in range(columns):
+        moved = max(moved, lanes[0, c])
         changed = max(changed, lanes[1, c])
     # Not finite if one of them is not.
-    finite = (moved + common[0] + common[1] + common[2]) * 0.0
+    finite = (moved + mean[0] + mean[1] + mean[2]) * 0.0
     return np.sqrt(moved) * _ROUNDING + finite, np.sqrt(changed) * _ROUNDING + finite
 
 
 def measure(
-    first: Array,
-    last: Array,
-    edges: bool,
-    layout: tuple[int, ...],
-    lanes: Array,
-    common: Array,
-    tiles: Array,
+    first: Array, last: Array, edges: bool, layout: tuple[int, ...], lanes: Array, mean: Array
 ) -> tuple[float, float]:
     """
     Return how far particles have moved, and how much edges have changed, m; NaN if not finite.
@@ -117,11 +88,9 @@ def measure(
         Begin, stride, rows and columns.
     lanes
         Scratch: shape (LANES, columns), in the precision of the positions.
-    common
-        Receives the displacement, m, shape (3,), beyond which motion counts.
-    tiles
-        Receives how far particles of each tile of cells have moved, m.
+    mean
+        Receives the mean displacement, m, shape (3,), beyond which motion counts.
 
     """
-    moved, changed = _measure(first, last, edges, *layout, lanes, common, tiles)
+    moved, changed = _measure(first, last, edges, *layout, lanes, mean)
     return (moved, changed) if moved < math.inf else (math.nan, math.nan)

@@ -11,18 +11,18 @@ import numpy as np
 
 from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest
-from .motion import TILE
 
 
 @exact
-def bound_features(x, rows, columns, cells, bounded, boxes):  # type: ignore[no-untyped-def]
+def bound_features(before, after, rows, columns, cells, bounded, boxes):  # type: ignore[no-untyped-def]
     """
-    Write the bounds of the features of some cells.
+    Write the bounds of the features of some cells on a linear path.
 
     Parameters
     ----------
-    x
-        Positions, m, shape (rows * columns, 3), double precision.
+    before, after
+        Positions at the start and the end of a linear path, m, shape (rows * columns, 3), double
+        precision.
     rows, columns
         Of the sheet.  Each particle begins a cell; those of the last row and column are lines.
     cells
@@ -52,8 +52,12 @@ def bound_features(x, rows, columns, cells, bounded, boxes):  # type: ignore[no-
             else:
                 i, j, k, missing, box = cell, cell, cell, False, 0
             for axis in range(3):
-                boxes[box, cell, axis] = min(x[i, axis], x[j, axis], x[k, axis])
-                boxes[box, cell, 3 + axis] = max(x[i, axis], x[j, axis], x[k, axis])
+                low = min(before[i, axis], before[j, axis], before[k, axis])
+                high = max(before[i, axis], before[j, axis], before[k, axis])
+                boxes[box, cell, axis] = min(low, after[i, axis], after[j, axis], after[k, axis])
+                boxes[box, cell, 3 + axis] = max(
+                    high, after[i, axis], after[j, axis], after[k, axis]
+                )
                 if missing:
                     boxes[box, cell, axis] = boxes[box, cell, 3 + axis] = np.inf
 
@@ -106,7 +110,7 @@ def _append(out, normals, count, x, edges, i, j, k, h, reach):  # type: ignore[n
 
 @exact_inlined
 def _vertices_and_triangles(  # type: ignore[no-untyped-def]
-    x, boxes, a, b, rows, columns, reach, out, normals, count
+    after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
 ):
     """Append the pairs of the vertex of a cell and the triangles of another."""
     for n in range(2):
@@ -114,26 +118,28 @@ def _vertices_and_triangles(  # type: ignore[no-untyped-def]
             continue
         j, k, h, _ = _triangle(b, n, rows, columns)
         if a != j and a != k and a != h:
-            count = _append(out, normals, count, x, False, a, j, k, h, reach)
+            count = _append(out, normals, count, after, False, a, j, k, h, exact_reach)
     return count
 
 
 @exact
-def find_pairs(x, rows, columns, boxes, cells, reach, motions, edges, out, normals):  # type: ignore[no-untyped-def]
+def find_pairs(after, rows, columns, boxes, cells, reach, path, edges, out, normals):  # type: ignore[no-untyped-def]
     """
     List the pairs of vertices and triangles, or of edges, that may come into reach.
 
     Parameters
     ----------
-    x, rows, columns
+    after, rows, columns
         As in `bound_features`.
     boxes
         From there.
     cells
         Pairs of cells, shape (n, 2).
-    reach, motions
-        Distance, m, up to which features are near; and motion of the particles of each tile for
-        which the list is to be complete, m.
+    reach
+        m.
+    path
+        How far two particles may have moved relative to each other on the path, m, if the list is
+        to be complete all along it, and the boxes are those of the path.
     edges
         True for pairs of edges, False for pairs of a vertex and a triangle.
     out, normals
@@ -146,20 +152,17 @@ def find_pairs(x, rows, columns, boxes, cells, reach, motions, edges, out, norma
         Number of pairs.
 
     """
-    count, least = 0, reach
-    across = (columns + TILE - 1) // TILE
+    count = 0
+    exact_reach = reach + path
     for p in range(len(cells)):
         a, b = cells[p, 0], cells[p, 1]
-        reach = least
-        for cell in (a, b):
-            reach += motions[cell // columns // TILE * across + cell % columns // TILE]
         if not edges:
             count = _vertices_and_triangles(
-                x, boxes, a, b, rows, columns, reach, out, normals, count
+                after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
             )
             if a != b:
                 count = _vertices_and_triangles(
-                    x, boxes, b, a, rows, columns, reach, out, normals, count
+                    after, boxes, b, a, rows, columns, reach, exact_reach, out, normals, count
                 )
         elif a != b:
             for m in range(3):
@@ -169,5 +172,5 @@ def find_pairs(x, rows, columns, boxes, cells, reach, motions, edges, out, norma
                         continue
                     k, h = _edge(b, n, rows, columns)
                     if i != k and i != h and j != k and j != h:
-                        count = _append(out, normals, count, x, True, i, j, k, h, reach)
+                        count = _append(out, normals, count, after, True, i, j, k, h, exact_reach)
     return count

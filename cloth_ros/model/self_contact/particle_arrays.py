@@ -24,7 +24,7 @@ def load_vectors(field, begin, stride, columns, chosen, vectors):  # type: ignor
 
 @exact
 def load_start(  # type: ignore[no-untyped-def]
-    position, velocity, mobility, seconds, common, begin, stride, columns, chosen, now, ahead,
+    position, velocity, mobility, seconds, mean, begin, stride, columns, chosen, now, ahead,
     motions, inverse_masses,
 ):  # fmt: skip
     """
@@ -34,15 +34,15 @@ def load_start(  # type: ignore[no-untyped-def]
     ----------
     position, velocity, mobility
         Flat arrays, as in `State`.
-    seconds, common
-        Duration of the part, and the velocity that most have in common, m/s, shape (3,).
+    seconds, mean
+        Duration of the part, and the mean velocity, m/s, shape (3,).
     begin, stride, columns
         Layout of flat arrays.
     chosen
         Particles, by row and column.
     now, ahead, motions
         Receive positions, m, and those expected at the end, shape (n, 3), and how far particles
-        move beyond that, m, shape (n,).
+        move beyond the mean, m, shape (n,).
     inverse_masses
         Receives these, in units of that of a cell; 0 for held particles; shape (n,).
 
@@ -53,7 +53,7 @@ def load_start(  # type: ignore[no-untyped-def]
         for axis in range(3):
             now[n, axis] = position[axis, i]
             ahead[n, axis] = position[axis, i] + seconds * velocity[axis, i]
-            squared += (velocity[axis, i] - common[axis]) ** 2
+            squared += (velocity[axis, i] - mean[axis]) ** 2
         motions[n] = seconds * np.sqrt(squared)
         inverse_masses[n] = mobility[0, i] * mobility[1, i]
 

@@ -23,9 +23,13 @@ def push_back(now, inverse_masses, particles, rows, count, shifted):  # type: ig
     particles, rows, count
         From `find_blocked`.
     shifted
-        Receives True for particles that are moved: bool, shape (n,).
+        Receives True for their particles, moved or not, whose pairs must be examined again: bool,
+        shape (n,).
 
     """
+    for c in range(count):
+        for n in range(4):
+            shifted[particles[c, n]] = True
     for _ in range(_SWEEPS):
         for c in range(count):
             inverse_mass, along = 0.0, 0.0
@@ -41,7 +45,6 @@ def push_back(now, inverse_masses, particles, rows, count, shifted):  # type: ig
             for n in range(4):
                 i = particles[c, n]
                 push = rows[c, n] * inverse_masses[i] * missing / inverse_mass
-                shifted[i] = True
                 for axis in range(3):
                     now[i, axis] += push * rows[c, 4 + axis]
 

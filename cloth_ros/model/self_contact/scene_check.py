@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ...scene import Scene
 from ...scene.parameter import invalid_value_error
 from .intersections import least_thickness
@@ -12,16 +10,16 @@ from .intersections import least_thickness
 _MOST = 0.4
 
 
-def check(scene: Scene, precision: str) -> None:
+def check(scene: Scene, resolution: float) -> None:
     """
     Refuse a thickness that the grid or the precision cannot represent.
 
     Parameters
     ----------
     scene
-        Thickness, and the sheet.
-    precision
-        'single' or 'double'.
+        Parameters.
+    resolution
+        Of the precision: the relative difference of two numbers.
 
     Raises
     ------
@@ -36,8 +34,7 @@ def check(scene: Scene, precision: str) -> None:
         allowed = '0 for a sheet with a single row or column'
         raise invalid_value_error(name, thickness, allowed, f'write {name}: 0.0')
     most = _MOST * sheet.shortest_spacing
-    dtype = np.float64 if precision == 'double' else np.float32
-    least = least_thickness(sheet.diagonal, float(np.finfo(dtype).eps))
+    least = least_thickness(sheet.diagonal, resolution)
     if thickness > most:
         raise invalid_value_error(
             name,

@@ -162,7 +162,7 @@ class SelfContact:
 
     def _load_start(self, state: State, seconds: float, position: Array) -> None:
         load_start(
-            position, state.velocity, state.contact_mobility, seconds, self._neighbours.common,
+            position, state.velocity, state.contact_mobility, seconds, self._neighbours.mean,
             *self._layout, self._neighbours.used, self._before, self._ahead, self._motions,
             self._inverse_masses,
         )  # fmt: skip
@@ -216,8 +216,8 @@ class SelfContact:
         new = near.follow(self._start, state.position, self._farthest)
         if new is None:
             # Too far, or not finite: the sheet stays as it was, and moves as a whole at most.
-            common = np.where(np.isfinite(near.common), near.common, 0.0).astype(state.dtype)
-            state.position[...] = self._start + common[:, None] * state.free
+            mean = np.where(np.isfinite(near.mean), near.mean, 0.0).astype(state.dtype)
+            state.position[...] = self._start + mean[:, None] * state.free
             self._origin = None
             return
         blocked = False
