@@ -24,8 +24,17 @@ children+=($!)
 # The cloth comes first where both want the processor.
 nice -n 5 "$venv/bin/cloth_viewer" ${PORT:+--port "$PORT"} &
 children+=($!)
-# Neither is of use without the other.
-wait -n
+# Neither is of use without the other.  Waits are short, here on a pipe without data: bash would
+# notice a signal that arrives just before one only at its end.
+exec {nothing}<> <(:)
+ended=
+while [ -z "$ended" ]; do
+    read -r -t 0.3 -u "$nothing"
+    for child in "${children[@]}"; do
+        kill -0 "$child" 2> /dev/null || ended=$child
+    done
+done
+wait "$ended"
 code=$?
 stop
 exit "$code"
