@@ -303,7 +303,8 @@ class Simulation:
                     self.state.recenter_origin(2 * self.scene.sheet.diagonal or 1.0)
                 most = control.check_interval(self.state, h)
                 most = self.interactions.longest_part(self.state, count, h, most)
-                substeps = part(count, most)
+                # The shortest batches are whole: dissipation acts once in each of them.
+                substeps = min(count, most) if most <= CHECK_INTERVAL else part(count, most)
                 count -= substeps
                 for batch in control.batches(self.state, substeps, h, division, airspeed):
                     self.substeps += batch.substeps

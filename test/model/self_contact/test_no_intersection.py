@@ -10,6 +10,7 @@ from builders import scene_of
 from self_intersection import intersecting_edges
 
 from bench.layers import folded, twisted
+from bench.self_contact import four_layers
 from cloth_ros import Cloth
 
 TICK = 1 / 60
@@ -118,3 +119,9 @@ def test_sheet_between_two_cylinders() -> None:
             cloth.move_collider(name, (x, 0.0, 0.2 + 0.0025 * min(tick, 110)))
 
     check(cloth, 130, lift)
+
+
+@pytest.mark.slow
+def test_four_layers_that_come_to_rest() -> None:
+    """Blocked paths are examined again even if moving their particles back changed nothing."""
+    check(four_layers(32), 30)
