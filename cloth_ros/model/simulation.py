@@ -217,7 +217,7 @@ class Simulation:
             if abs(h - substep) <= _EQUAL * substep:
                 h = substep
             while count > 0:
-                substeps = part(count, BATCH)
+                substeps = min(count, BATCH)
                 count -= substeps
                 yield from self._batch(substeps, h)
                 self.interactions.end_batch(self.state, substeps * h)

@@ -32,7 +32,7 @@ _MAX_TABLES = 16
 _TOO_DEEP = 5.0
 # Length of batches, s, at most, so that those of the usual rates of ticks are the same ones; and
 # the time for which the size of triangles is predicted at least, so that it depends on no batch.
-LONGEST = 1 / 120
+LONGEST = 1 / 240
 # Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
 LEFT = 8e-5
 
