@@ -30,8 +30,9 @@ _UNCHANGED, _MARGIN = 0.02, 0.1
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
-# Length of batches of more than the fewest substeps, s, at most, and the time for which the size of
-# triangles is predicted at least.  Twice as long, sheets draped over a box did not come to rest.
+# Length of batches of more than the fewest substeps, s, at most, and the time for which the size
+# of triangles is predicted at least.  With twice that, sheets draped over a box did not come to
+# rest.
 LONGEST = 1 / 240
 # Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
 LEFT = 8e-5
