@@ -30,10 +30,11 @@ _UNCHANGED, _MARGIN = 0.02, 0.1
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
-# Length of batches of more than the fewest substeps, s, at most, and the time for which the size
-# of triangles is predicted at least.  With twice that, sheets draped over a box did not come to
-# rest.
-LONGEST = 1 / 240
+# Length of batches of more than the fewest substeps, s, at most.
+LONGEST = 1 / 120
+# Time, s, for which the size of triangles is predicted.  With twice that, sheets draped over a box
+# did not come to rest: their surface trembled.  `cut` finds what has grown by more.
+_PREDICTED = 1 / 240
 # Depth, m, of a particle in the offset surface at which no triangle is deeper than is guaranteed.
 LEFT = 8e-5
 
@@ -216,8 +217,7 @@ class ParticleBatch:
             return
         self.excess = measure_triangles(
             state.position, state.velocity, *self._layout, self.elapsed,
-            max(seconds, LONGEST), *self._bounds,
-            self._cells, self.rho,
+            _PREDICTED, *self._bounds, self._cells, self.rho,
         )  # fmt: skip
         self.elapsed, self.moved = 0.0, motion
 

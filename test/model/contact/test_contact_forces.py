@@ -149,6 +149,7 @@ def test_a_draped_sheet_comes_to_rest(folder, shape, precision):
     """
     Where it lies on a collider, as its overhang does: by drag, after 20 s.
 
+    Over edges, particles lie above the surface by up to the circumradius of the triangles.
     Single precision leaves what the rounding of positions puts into the springs.
     """
     body = solid(shape, 0.15, folder)
@@ -159,7 +160,7 @@ def test_a_draped_sheet_comes_to_rest(folder, shape, precision):
     )  # fmt: skip
     cloth.advance(20.0)
     local = (cloth.positions - cloth.colliders[NAME].position).reshape(-1, 3)
-    near = body.distance(local).reshape(64, 64) < 1e-3 + 0.25 * 0.8 / 63
+    near = body.distance(local).reshape(64, 64) < 1e-3 + math.sqrt(0.5) * 0.8 / 63
     assert near.any()
     speed = np.sqrt(np.mean(np.sum(cloth.velocities[near] ** 2, axis=-1)))
     assert speed < (1e-3 if precision == 'double' else 4e-3)  # m/s
