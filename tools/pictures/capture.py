@@ -36,7 +36,9 @@ _LONGEST_START = 300.0  # s, until the first state: the node may have to compile
 _LONGEST = (
     20.0  # s, of a tick; if it takes longer, a message was lost or the node has no processor
 )
-_ATTEMPTS = 5
+# Time, s, from one state to the next time on /clock, in each attempt: a node that has less time
+# for a tick than it needs leaves out a part of the simulated time.
+_PAUSES = (0.0, 0.05, 0.1, 0.2, 0.4)
 
 
 class Frame(NamedTuple):
@@ -102,8 +104,10 @@ class SteppedNode:
             self._move_clock()
             self._send_clock(_START)
 
-    def tick(self) -> bool:
-        """Move /clock by one tick; return whether the state of that time came."""
+    def tick(self, pause: float = 0.0) -> bool:
+        """Wait, s, and move /clock by one tick; return whether the state of that time came."""
+        if pause > 0:
+            self._probe.spin_for(pause)
         self._move_clock()
         end = time.monotonic() + _LONGEST
         while not self._arrived() and time.monotonic() < end and self._process.alive:
@@ -172,13 +176,15 @@ def stepped_node(scene: Path) -> Iterator[SteppedNode]:
             process.end()
 
 
-def _run(node: SteppedNode, ticks: Sequence[int], motion: Motion | None) -> list[Frame] | None:
+def _run(
+    node: SteppedNode, ticks: Sequence[int], motion: Motion | None, pause: float
+) -> list[Frame] | None:
     """Return the states after so many ticks; None if one is missing or the cloth was held."""
     node.reset()
     frames = {}
     actions = None
     for tick in range(1, max(ticks) + 1):
-        if not node.tick() or node.held:
+        if not node.tick(pause) or node.held:
             return None
         frame = node.frame()
         if tick in ticks:
@@ -213,8 +219,8 @@ def capture(scene: Path, seconds: Sequence[float], motion: Motion | None = None)
     ticks = [max(round(RATE * each), 1) for each in seconds]
     with stepped_node(scene) as node:
         node.start()
-        for _ in range(_ATTEMPTS):
-            frames = _run(node, ticks, motion)
+        for pause in _PAUSES:
+            frames = _run(node, ticks, motion, pause)
             if frames is not None:
                 return frames
             while node.held and node.alive:  # until its kernels are compiled
