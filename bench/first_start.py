@@ -28,7 +28,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 
 _ROOT = Path(__file__).parent.parent
 _SCENES = ('config/gust.yaml', 'config/drop_on_sphere.yaml')
@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument('--domain', type=int, default=97, help='ROS domain without other nodes')
     arguments = parser.parse_args()
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-    print(', '.join(f'{name} {value}' for name, value in describe().items()))
+    print(describe_in_a_line())
     print(f'load of the machine before: {os.getloadavg()[0]:.2f}, {os.cpu_count()} cores')
     for scene in arguments.scenes:
         result = measure(scene, arguments.seconds, arguments.domain)

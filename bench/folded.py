@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 from .drop import FRICTION
@@ -147,7 +147,7 @@ def main() -> None:
     options = parser.parse_args()
     head = ['sheet', 'engine', 'real-time factor', 'in the slowest tick', 'intersecting']
     head += ['most after a tick', 'height [mm]', 'stretch', 'speed [m/s]', 'settings']
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     lines = [row for size in options.sizes for row in rows(size)]
     text = f'{table(head, lines)}\n\nMeasured on: {machine}.'
     if options.page is None:

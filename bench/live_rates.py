@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from cloth_ros import Scene
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 from ros import NODE, Probe, Process, environment, free_domain, probing
@@ -116,7 +116,7 @@ def main() -> None:
 
 def report(listener: Listener, seconds: float, used: float, first: float, rate: float) -> None:
     """Print rates of reception, processor time, and values of the diagnostics."""
-    print(', '.join(f'{name} {value}' for name, value in describe().items()))
+    print(describe_in_a_line())
     print(f'first particles {first:.2f} s after the start of the process')
     print(f'processor: {100 * used / seconds:.1f} % of a core')
     for topic, times in listener.received.items():

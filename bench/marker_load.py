@@ -21,7 +21,7 @@ from visualization_msgs.msg import MarkerArray
 
 from cloth_ros import Scene
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
@@ -93,7 +93,7 @@ def main() -> None:
         'share of a core',
     ]
     rows = [row(size, arguments.seconds) for size in _SIZES]
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     text = f'{table(heads, rows)}\n\nMeasured on: {machine}.'
     fill(arguments.page, _NAME, text)
     print(text)

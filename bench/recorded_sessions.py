@@ -22,7 +22,7 @@ import numpy as np
 from cloth_ros.recording.resimulation import Settings
 from cloth_ros.recording.run import check_estimates, repeat, resimulate
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
@@ -101,7 +101,7 @@ def main() -> None:
                 record(scene, bag, options.seconds)
             rows.append(measure(scene.stem, bag, options.tolerance))
             print(*rows[-1], sep=' | ', flush=True)
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     text = f'{table(_HEADS, rows)}\n\nMeasured on: {machine}.'
     print(text)
     if options.page is not None:

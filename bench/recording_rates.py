@@ -35,7 +35,7 @@ from cloth_ros import Scene
 from cloth_ros.live.keyframe import INTERVAL
 from cloth_ros.live.tick_record import TickRecord, decode_record
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
@@ -219,7 +219,7 @@ def main() -> None:
     heads += [f'{name}: recorded / lost' for name in ('ticks', 'particles', 'markers')]
     parts = ['particles', 'particles, ticks, keyframes', 'markers', 'all']
     size_heads = ['sheet', 'storage', *(f'{part}, MB per minute' for part in parts)]
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     text = f'{table(size_heads, sizes)}\n\n{table(heads, counts)}\n\nMeasured on: {machine}.'
     fill(arguments.page, _NAME, text)
     print(text)

@@ -20,7 +20,7 @@ import numpy as np
 from cloth_ros import Cloth, Scene
 from cloth_ros.model.time_step import substep_length
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 PAGE = Path('docs/bench/step_lengths.md')
@@ -110,7 +110,7 @@ def main() -> None:
         'present state [ms]', 'gain',
     )  # fmt: skip
     found = table(head, rows())
-    where = ', '.join(f'{name} {value}' for name, value in describe().items())
+    where = describe_in_a_line()
     fill(page, 'python -m bench.step_lengths', f'{found}\n\nMeasured on: {where}.')
     print(found)
 

@@ -20,7 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from tools.marked_block import fill
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
@@ -171,7 +171,7 @@ def main() -> None:
         )
         lines.append(row)
         print(row, flush=True)
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     lines += [
         '',
         f'Threads of the node: {arguments.threads}. Drawn by: {drawn_by}. Measured on: {machine}.',

@@ -25,7 +25,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 
 from .marked_block import fill, marks
 
@@ -281,7 +281,7 @@ def block(results: Sequence[Convergence]) -> str:
         f'error at {cells[-1]}²',
         'observed order',
     )
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     return (
         f'{table(head, rows)}\n\n'
         '![error against spacing](refinement.png)\n\n'

@@ -10,7 +10,7 @@ from cloth_ros.model.integrators import INTEGRATORS
 from cloth_ros.tradeoff import plot, recommendation, report
 from cloth_ros.tradeoff.analytic_cases import ANALYTIC_CASES
 from cloth_ros.tradeoff.formatting import length, percent, table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 from cloth_ros.tradeoff.published import FIGURES
 
 from .marked_block import fill
@@ -93,7 +93,7 @@ def validation() -> str:
         answer = f'{exact:.6g} {system.unit}' if isinstance(exact, float) else system.unit
         rows.append((system.name, system.text, answer, *(f'{each.error:.1e}' for each in found)))
     head = ('system', 'closed solution', 'value', *INTEGRATORS)
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     return f"""# Systems with closed solutions
 
 Largest relative difference between each integrator and the closed solution, in double precision.

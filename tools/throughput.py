@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 from cloth_ros.tradeoff.formatting import table
-from cloth_ros.tradeoff.machine import describe
+from cloth_ros.tradeoff.machine import describe_in_a_line
 
 from .marked_block import fill
 
@@ -47,7 +47,7 @@ def main() -> None:
         for workers, name in names.items()
     ]
     header = ['processes', 'simulated seconds per second', 'beside one process']
-    machine = ', '.join(f'{name} {value}' for name, value in describe().items())
+    machine = describe_in_a_line()
     text = (
         f'{cloths} cloths of `gust.yaml` for {_SECONDS:g} s each, the start of the workers '
         f'included:\n\n{table(header, rows)}\n\nMeasured by `{_COMMAND} {cloths}` on: {machine}.'

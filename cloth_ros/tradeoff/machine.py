@@ -40,3 +40,8 @@ def describe() -> dict[str, str]:
         'python': platform.python_version(),
         **versions,
     }
+
+
+def describe_in_a_line() -> str:
+    """Return the same as one line of text."""
+    return ', '.join(f'{name} {value}' for name, value in describe().items())
