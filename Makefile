@@ -38,7 +38,7 @@ run: $(VENV)/.ready-run-$(ROS)
 	@tools/run.sh $(VENV) '$(SCENE)'
 
 demo: $(VENV)/.ready-viewer-$(ROS)
-	@tools/demo.sh $(VENV) '$(SCENE)'
+	@$(VENV)/bin/python -m tools.demo '$(SCENE)'
 
 test: $(VENV)/.ready-test-$(ROS)
 	$(VENV)/bin/ruff check .

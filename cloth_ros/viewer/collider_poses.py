@@ -64,6 +64,7 @@ class ColliderPoses:
                 self._node.create_publisher(PoseStamped, topic, 5),
             )
         self.present = dict(poses)
+        self.moved &= poses.keys()
 
     def _receive(self, collider: str, message: PoseStamped) -> None:
         own = time.monotonic() < self._sent.get(collider, -ECHO) + ECHO

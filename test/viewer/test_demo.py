@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from ros import PATIENCE
 
-DEMO = ('tools/demo.sh', sys.prefix)
+DEMO = (sys.executable, '-m', 'tools.demo')
 
 
 def children(process):
