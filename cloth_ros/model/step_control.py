@@ -241,8 +241,7 @@ class AdaptiveStepControl:
         if self._present is None:
             return
         stable = self._stable
-        # Near the limit of the present state, a sheet would slide on a mesh.
-        if not touched and self._accurate > stable:
+        if not touched:  # near the limit of the present state, a sheet would slide on a mesh
             stable = self._present_stable(state, self._present)
         possible = self._possible(state, stable)
         self._longest = min(self._longest, possible)

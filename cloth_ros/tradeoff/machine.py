@@ -43,5 +43,5 @@ def describe() -> dict[str, str]:
 
 
 def describe_in_a_line() -> str:
-    """Return the same as one line of text."""
+    """Return processor, system and versions as one line of text."""
     return ', '.join(f'{name} {value}' for name, value in describe().items())

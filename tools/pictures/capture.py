@@ -106,8 +106,7 @@ class SteppedNode:
 
     def tick(self, pause: float = 0.0) -> bool:
         """Wait, s, and move /clock by one tick; return whether the state of that time came."""
-        if pause > 0:
-            self._probe.spin_for(pause)
+        self._probe.spin_for(pause)
         self._move_clock()
         end = time.monotonic() + _LONGEST
         while not self._arrived() and time.monotonic() < end and self._process.alive:

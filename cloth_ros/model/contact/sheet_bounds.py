@@ -1,4 +1,4 @@
-"""Size of the triangles of a sheet, predicted to the end of a batch of substeps."""
+"""Size of the triangles of a sheet, predicted for a short time."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     position, velocity, begin, end, stride
         Of the sheet, as in `Grid` and `State`.
     elapsed, seconds
-        Time since the last call, and length of the batch, s.
+        Time since the last call, and time for which sizes are predicted, s.
     least, most
         Of the bound, m.
     cells
