@@ -30,7 +30,7 @@ def end(processes: list[subprocess.Popen[bytes]]) -> None:
         try:
             process.wait(max(last - time.monotonic(), 0.0))
         except subprocess.TimeoutExpired:
-            print(f'{process.args} did not end in {_PATIENCE:g} s: killed', file=sys.stderr)
+            print(f'{process.args!r} did not end in {_PATIENCE:g} s: killed', file=sys.stderr)
             process.kill()
             process.wait()
 
