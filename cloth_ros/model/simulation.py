@@ -104,7 +104,6 @@ class Simulation:
         self._monitor = None if energy_monitor is None else energy_monitor(scene, dtype)
         self._observer = observer
         self._batch_start: Snapshot | None = None
-        self._touched = False  # since the length of substeps was chosen
 
     # State
 
@@ -199,7 +198,6 @@ class Simulation:
         self.substeps = 0
         end, interval = self.time + seconds, self.step_control.adapt_interval
         self.step_control.begin(self.state, self.time)
-        self._touched = False
         while self.time < end:
             begin, change = self.time, end
             substep = self.step_control.substep
@@ -222,8 +220,7 @@ class Simulation:
                 yield from self._batch(substeps, h)
                 self.interactions.end_batch(self.state, substeps * h)
             self.time = change
-            self.step_control.adapt(self.state, change, touched=self._touched)
-            self._touched = False
+            self.step_control.adapt(self.state, change)
         self.interactions.end_advance(self.state)
 
     def _batch(self, count: int, h: float) -> Iterator[None]:
@@ -237,7 +234,6 @@ class Simulation:
         while True:
             yield from self._run(self._kick_drift, steps, count, h, monitor.division)
             touched = self.interactions.touched
-            self._touched = self._touched or touched
             work = self._take_work()
             if self._accept(monitor, work, touched=touched):
                 return

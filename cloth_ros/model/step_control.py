@@ -5,7 +5,7 @@ Substeps are as long as the present state of the cloth allows.  Close to the sta
 energy of the fastest modes depends on that length, and each change of it may add to that energy:
 a flag whose substeps are divided whenever its end is fast gains more from this than from the
 wind.  So substeps are shortened when they must be, and lengthened only after some time in which
-they could have been longer.  In contact they are no longer than every state allows.
+they could have been longer.
 """
 
 from __future__ import annotations
@@ -101,12 +101,8 @@ class StepControl(Protocol):
         """Choose the length of the first substeps, unless that has been done."""
         ...
 
-    def adapt(self, state: State, time: float, *, touched: bool = False) -> None:
-        """
-        Choose the length of the next substeps by the state at `time`, s.
-
-        `touched` is True if there has been contact since the last call.
-        """
+    def adapt(self, state: State, time: float) -> None:
+        """Choose the length of the next substeps by the state at `time`, s."""
         ...
 
     def shorten(self, time: float) -> bool:
@@ -159,7 +155,7 @@ class ConstantStep:
     def begin(self, state: State, time: float) -> None:
         """Change nothing."""
 
-    def adapt(self, state: State, time: float, *, touched: bool = False) -> None:
+    def adapt(self, state: State, time: float) -> None:
         """Change nothing."""
 
     def shorten(self, time: float) -> bool:
@@ -236,14 +232,11 @@ class AdaptiveStepControl:
         if self._since == -math.inf:
             self.adapt(state, time)
 
-    def adapt(self, state: State, time: float, *, touched: bool = False) -> None:
+    def adapt(self, state: State, time: float) -> None:
         """Choose the length of the next substeps by the state at `time`, s."""
         if self._present is None:
             return
-        stable = self._stable
-        if not touched:  # near the limit of the present state, a sheet would slide on a mesh
-            stable = self._present_stable(state, self._present)
-        possible = self._possible(state, stable)
+        possible = self._possible(state, self._present_stable(state, self._present))
         self._longest = min(self._longest, possible)
         if possible < self.substep:
             self._change(possible, time)
