@@ -131,7 +131,7 @@ class KickDrift:
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
-        self._former = grid.field(dtype) if kinds else unused
+        self._former = grid.field(dtype) if kinds or self_contact is not None else unused
         self._no_contacts = no_contacts(dtype)
         self.work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
 

@@ -50,9 +50,9 @@ _OPERATION, _DECAY, _GAIN, _LENGTH, _DASHPOTS, _AIR = range(6)
 
 
 @inlined
-def _drift(first, last, position, back_buffer, velocity, former, h, contact):  # type: ignore[no-untyped-def]
+def _drift(first, last, position, back_buffer, velocity, former, h, keep):  # type: ignore[no-untyped-def]
     for i in range(first, last):
-        if contact:
+        if keep:
             former[0, i], former[1, i], former[2, i] = (
                 velocity[0, i], velocity[1, i], velocity[2, i]
             )  # fmt: skip
@@ -87,7 +87,7 @@ def _accelerate(  # type: ignore[no-untyped-def]
 @inlined
 def _kick(  # type: ignore[no-untyped-def]
     first, last, position, velocity, out, former, acceleration, mobility, row, air_velocity,
-    decay, gain, strength, bounds, air, contact,
+    decay, gain, strength, bounds, air, keep,
 ):  # fmt: skip
     """Kick; return the work of the air on what it accelerates, J per kg of a cell."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
@@ -95,7 +95,7 @@ def _kick(  # type: ignore[no-untyped-def]
     work = zero
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        if contact:
+        if keep:
             former[0, i], former[1, i], former[2, i] = u, v, w
         x = decay * u + gain * acceleration[0, i]
         y = decay * v + gain * acceleration[1, i]
@@ -144,7 +144,7 @@ def compose(
         True for double precision.
     kinds
         Those of the shapes in contact, see `contact.shapes`; none: the kernel ignores contact.
-        With any, `former` receives the velocities before each kick.
+        With any, and with `sweeping`, `former` receives the velocities before each kick.
     several
         True if there is more than one collider.
     gripping
@@ -155,6 +155,7 @@ def compose(
 
     """
     contact = bool(kinds)
+    keep = contact or sweeping
     # Without a collider nothing calls it.
     resolve: Any = particle_contact.compose(kinds, several) if contact else None
 
@@ -180,7 +181,7 @@ def compose(
                 first = np.uint64(begin + chunk * size)
                 last = np.uint64(min(begin + (chunk + 1) * size, end))
                 if operation == DRIFT:
-                    _drift(first, last, position, back_buffer, velocity, former, h, contact)
+                    _drift(first, last, position, back_buffer, velocity, former, h, keep)
                 elif operation == KICK_BY_SPRINGS:
                     for i in range(first, last):
                         x, y, z = spring_acceleration(
@@ -188,7 +189,7 @@ def compose(
                             structural, shear, bending, False, double,
                         )  # fmt: skip
                         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-                        if contact:
+                        if keep:
                             former[0, i], former[1, i], former[2, i] = u, v, w
                         u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
                         velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
@@ -211,13 +212,13 @@ def compose(
                         _kick(
                             first, last, position, velocity, midpoint, former, acceleration,
                             mobility, row, air_velocity, decay, gain, strength, bounds, air,
-                            contact,
+                            keep,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
                             first, last, position, velocity, midpoint, former, acceleration,
                             mobility, row, air_velocity, decay, gain, strength, bounds, air,
-                            contact,
+                            keep,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
                         _update_and_drift(
@@ -225,9 +226,9 @@ def compose(
                         )
                 if sweeping and operation == SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
-                        sweep(side, h, drifts % 2 == 1, position, velocity, sheet_contacts)
+                        sweep(side, h, drifts % 2 == 1, position, velocity, former, sheet_contacts)
                 elif sweeping and operation == SWEEP_BETWEEN and chunk == 0:
-                    sweep(2, h, drifts % 2 == 1, position, velocity, sheet_contacts)
+                    sweep(2, h, drifts % 2 == 1, position, velocity, former, sheet_contacts)
                     end_sweep(sheet_contacts)
                 if gripping:
                     if operation <= KICK:

@@ -16,7 +16,9 @@ from ..kernels.jit import exact, exact_inlined
 from .closest_features import closest, separation
 from .linear_path import stays_apart
 from .sheet_contacts import (
+    HARDNESS,
     INVERSE_MASSES,
+    LACK,
     MASS,
     NORMAL,
     REST,
@@ -39,6 +41,11 @@ _APART = 4
 # Distance, in thicknesses, at which two edges rest: layers rest on the vertices, which would press
 # on the edges as well where edges of both layers cross.
 _EDGES = 0.85
+# Share of the distance at rest to which features that are near in the sheet may come without being
+# parted: a sharp fold leaves them no more.
+_FOLDED = 0.5
+# Distance, as a share of that at rest, from which on nearer pairs are parted no harder.
+_HARDEST = 0.05
 # Distance, in thicknesses, that pairs keep on their paths, unless they begin nearer.
 _SAFE = 0.25
 # Distance, in thicknesses, to which pairs may approach: so far, a direction between them is well
@@ -82,7 +89,7 @@ def _beside(i, j, columns):  # type: ignore[no-untyped-def]
 
 @exact_inlined
 def _write_row(  # type: ignore[no-untyped-def]
-    particles, rows, c, pairs, p, weights, nx, ny, nz, rest, inverse_masses, supports, begin,
+    particles, rows, c, pairs, p, weights, nx, ny, nz, d, rest, inverse_masses, supports, begin,
     stride, columns,
 ):  # fmt: skip
     """Write a contact, as a `SheetContacts` has it."""
@@ -107,6 +114,8 @@ def _write_row(  # type: ignore[no-untyped-def]
         number(nx), number(ny), number(nz)
     )  # fmt: skip
     rows[c, REST] = number(rest)
+    rows[c, LACK] = number(max(rest - d, 0.0))
+    rows[c, HARDNESS] = number(max(rest / max(d, _HARDEST * rest), 1.0))
     rows[c, MASS] = number(1.0 / mass if mass > _NO_MASS else 0.0)
     rows[c, SUPPORTED] = number(supported)
 
@@ -248,13 +257,15 @@ def find_contacts(  # type: ignore[no-untyped-def]
             if expected >= rest:
                 continue
         nearest = min(nearest, d)
+        if _beside(i, k, columns):
+            rest = max(min(d, rest), _FOLDED * rest)
         if not edges and wj != 0.0 and wk != 0.0 and wl != 0.0:
             _faces(faces, i, nx, ny, nz, True)
         if count < len(rows):
             weights[0], weights[1], weights[2], weights[3] = wi, wj, wk, wl
             numbers[count] = i
             _write_row(
-                particles, rows, count, pairs, p, weights, nx, ny, nz, rest, inverse_masses,
+                particles, rows, count, pairs, p, weights, nx, ny, nz, d, rest, inverse_masses,
                 supports, begin, stride, columns,
             )  # fmt: skip
         count += 1

@@ -2,10 +2,15 @@
 Contacts of a sheet with itself in the kernel of kicks and drifts: impulses and friction.
 
 After each kick and drift the contacts of the part are treated one after the other, forwards and
-backwards in turn (Gauss-Seidel).  Where two features would come nearer than their distance at rest
-they get the impulse that stops them there, and friction after Coulomb.  The drift is corrected by
-the change of velocity, as if the impulse had acted before it: a pair at rest does not sink between
-two substeps.  Pairs that are too near are parted slowly, without a velocity that would remain.
+backwards in turn (Gauss-Seidel).  Two features that would come nearer than their distance at rest
+get the impulse that stops them there, and friction after Coulomb.  The drift is corrected by the
+change of velocity, as if the impulse had acted before it: a pair at rest does not sink between two
+substeps.  Features that were too near at the start of the part are pressed apart by a force in
+proportion to what is missing, and slowly.  So they come to rest where that force is no less than
+the load; without a bound, contacts of a fold that exclude each other would drive it for ever.
+
+An impulse to stop a pair, or its sliding, must add no energy to what a kick and a drift conserve;
+see `contact.particle_contact`.  A sheet that rests on itself is shaken otherwise.
 
 Where a collider supports a particle, the sheet on it rests on the collider: a contact takes the
 particle as too heavy to be pushed into it, and counts its velocity as that of the surface.  The
@@ -25,12 +30,16 @@ from ..grid import Array
 from ..kernels.jit import inlined
 
 # Numbers about a contact: the weights of its particles, those times their inverse masses, the
-# normal, the distance at rest, m, the mass of the relative motion, and whether a collider supports
-# one of the particles.
+# normal, the distance at rest, m, the mass of the relative motion, whether a collider supports one
+# of the particles, by how much the distance is too small at the start of the part, m, and a factor
+# of what parts the features then.
 WEIGHTS, INVERSE_MASSES, NORMAL, REST, MASS, SUPPORTED = 0, 4, 8, 11, 12, 13
-ROW = 14
-# Time, s, in which a distance that is too small is restored.
-_RESTORING = 0.02
+LACK, HARDNESS, ROW = 14, 15, 16
+# Time, s, in which what is missing is restored at the fastest; and the one whose inverse
+# square is the stiffness of the force that does, for a mass of 1.
+_RESTORING, _STIFFENING = 0.02, 1e-3
+# A sliding velocity that the kick has reversed is not stopped; see `contact.particle_contact`.
+_TURNED = 1e-3
 # Length of a drift, s, below which nothing is foreseen in it.
 _SHORTEST = 1e-12
 
@@ -80,20 +89,20 @@ def _relative(field, axis, rows, c, i, j, k, h):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _push(position, velocity, i, inverse, length, x, y, z, p, q, r):  # type: ignore[no-untyped-def]
-    """Give an impulse to a particle, before a drift that has been made, and a displacement."""
+def _push(position, velocity, i, inverse, length, x, y, z):  # type: ignore[no-untyped-def]
+    """Give an impulse to a particle, before a drift that has been made."""
     u, v, w = inverse * x, inverse * y, inverse * z
     velocity[0, i] += u
     velocity[1, i] += v
     velocity[2, i] += w
-    position[0, i] += length * u + inverse * p
-    position[1, i] += length * v + inverse * q
-    position[2, i] += length * w + inverse * r
+    position[0, i] += length * u
+    position[1, i] += length * v
+    position[2, i] += length * w
 
 
 @inlined
-def _lift(position, velocity, lifts, supports, i, inverse, length, p, q, r):  # type: ignore[no-untyped-def]
-    """Let a collider keep a particle that was pushed and displaced from moving into it."""
+def _lift(position, velocity, lifts, supports, i, length):  # type: ignore[no-untyped-def]
+    """Let a collider keep a particle that was pushed from moving into it."""
     zero = velocity.dtype.type(0)
     x, y, z = supports[0, i], supports[1, i], supports[2, i]
     speed = (
@@ -105,14 +114,14 @@ def _lift(position, velocity, lifts, supports, i, inverse, length, p, q, r):  # 
     lifts[0, i] += lack * x
     lifts[1, i] += lack * y
     lifts[2, i] += lack * z
-    back = length * lack + max(-inverse * (p * x + q * y + r * z), zero)
+    back = length * lack
     position[0, i] += back * x
     position[1, i] += back * y
     position[2, i] += back * z
 
 
 @inlined
-def sweep(group, length, backwards, position, velocity, contacts):  # type: ignore[no-untyped-def]
+def sweep(group, length, backwards, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
     """
     Stop what comes too near in a drift, and apply friction.
 
@@ -126,6 +135,8 @@ def sweep(group, length, backwards, position, velocity, contacts):  # type: igno
         True to begin with the last contact.
     position, velocity
         After the drift, m and m/s, flat arrays; changed.
+    former
+        Velocities before the kick, m/s.
     contacts
         A `SheetContacts`.
 
@@ -134,7 +145,8 @@ def sweep(group, length, backwards, position, velocity, contacts):  # type: igno
     number = velocity.dtype.type
     zero, one = number(0), number(1)
     friction = number(friction)
-    approach, restored = one / max(length, number(_SHORTEST)), length / number(_RESTORING)
+    approach, restored = one / max(length, number(_SHORTEST)), one / number(_RESTORING)
+    stiffness = length / number(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
     begin, end = starts[group], starts[group + 1]
     for each in range(end - begin):
         c = np.uint64(end - 1 - each if backwards else begin + each)
@@ -160,31 +172,37 @@ def sweep(group, length, backwards, position, velocity, contacts):  # type: igno
                 + nz * _relative(position, 2, rows, c, i, j, k, h)
             )
         )
-        missing = min(lack, zero) * approach - along
-        part = max(lack, zero) * restored - max(along, zero) * length
-        if not (missing > zero or part > zero):
+        parted = rows[c, HARDNESS] * min(max(lack, zero), rows[c, LACK])
+        force = stiffness * parted
+        aim = max(along + force, min(lack, zero) * approach)
+        missing = min(aim, max(restored * parted, along)) - along
+        if not missing > zero:
             continue
-        mass = rows[c, MASS]
-        missing, part = max(missing, zero), mass * max(part, zero)
+        u = _relative(former, 0, rows, c, i, j, k, h)
+        v = _relative(former, 1, rows, c, i, j, k, h)
+        w = _relative(former, 2, rows, c, i, j, k, h)
+        was = u * nx + v * ny + w * nz
+        missing = min(missing, max(-along - max(was, zero), zero) + force)
         x, y, z = x - along * nx, y - along * ny, z - along * nz
-        slip = np.sqrt(x * x + y * y + z * z)
+        squared = x * x + y * y + z * z
+        slip = np.sqrt(squared)
         # Friction stops the sliding, or is in proportion to the push.
-        most = friction * missing
+        mass, most = rows[c, MASS], friction * missing
         share = mass if slip <= most else mass * most / slip
+        share = share if u * x + v * y + w * z >= -number(_TURNED) * squared else zero
         push = mass * missing
         x, y, z = push * nx - share * x, push * ny - share * y, push * nz - share * z
-        p, q, r = part * nx, part * ny, part * nz
         a, b = rows[c, INVERSE_MASSES], rows[c, INVERSE_MASSES + 1]
         d, e = rows[c, INVERSE_MASSES + 2], rows[c, INVERSE_MASSES + 3]
-        _push(position, velocity, i, a, length, x, y, z, p, q, r)
-        _push(position, velocity, j, b, length, x, y, z, p, q, r)
-        _push(position, velocity, k, d, length, x, y, z, p, q, r)
-        _push(position, velocity, h, e, length, x, y, z, p, q, r)
+        _push(position, velocity, i, a, length, x, y, z)
+        _push(position, velocity, j, b, length, x, y, z)
+        _push(position, velocity, k, d, length, x, y, z)
+        _push(position, velocity, h, e, length, x, y, z)
         if lifted:
-            _lift(position, velocity, lifts, supports, i, a, length, p, q, r)
-            _lift(position, velocity, lifts, supports, j, b, length, p, q, r)
-            _lift(position, velocity, lifts, supports, k, d, length, p, q, r)
-            _lift(position, velocity, lifts, supports, h, e, length, p, q, r)
+            _lift(position, velocity, lifts, supports, i, length)
+            _lift(position, velocity, lifts, supports, j, length)
+            _lift(position, velocity, lifts, supports, k, length)
+            _lift(position, velocity, lifts, supports, h, length)
 
 
 @inlined

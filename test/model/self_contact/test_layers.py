@@ -9,6 +9,7 @@ import pytest
 from builders import masses, scene_of
 
 from bench.layers import folded
+from bench.self_contact import four_layers
 from cloth_ros import Cloth
 
 TICK = 1 / 60
@@ -114,6 +115,13 @@ def _pile(**parameters: object) -> Cloth:
     start[..., 2] += 0.01
     cloth.positions = start
     return cloth
+
+
+def test_a_sheet_folded_twice_comes_to_rest() -> None:
+    """Its folds as well, where contacts exclude each other."""
+    cloth = four_layers(24)
+    cloth.advance(0.5)
+    assert np.median(np.linalg.norm(cloth.velocities, axis=-1)) < 5e-3  # m/s
 
 
 def test_layers_keep_their_distance_at_rest() -> None:
