@@ -8,8 +8,8 @@ of reach of each other.  What remains are pairs of cells.
 
 So that the pairs stay complete while particles move, relative motion is allowed for in two ways:
 particles that are K cells apart in the sheet, along rows and columns together, do not move farther
-relative to each other than K times the greatest change of an edge, nor than twice the greatest
-motion of a particle.
+relative to each other than K times the greatest change of an edge between them, nor than the
+margins of their cells together.
 
 The order of the pairs is that of the tree, whatever the positions are: results that depend on the
 order do not depend on when a list was made.
@@ -29,6 +29,8 @@ _EDGES = 6
 _BOUNDS = _EDGES + EDGES
 # Rows and columns of blocks from one to another up to which both may be flat together.
 _LARGEST = 2
+# The same, up to which the change of edges from one to the other is looked up.
+_ALONG = 6
 # Pairs of blocks that are still to be compared: at most 15 more on each level.
 _STACK = 16 * 12
 
@@ -49,6 +51,9 @@ class Blocks:
     ----------
     bounds
         Of all blocks, m, shape (18, blocks); cells first, row by row, then larger blocks.
+    margins
+        Of all blocks, m, shape (2, blocks): how far their particles may move, and how much their
+        edges may change.
     levels
         First block, rows and columns of each size, shape (sizes, 3).
 
@@ -61,6 +66,7 @@ class Blocks:
             levels.append((first + down * across, (down + 1) // 2, (across + 1) // 2))
         self.levels: Array = np.array(levels)
         self.bounds: Array = np.empty((_BOUNDS, levels[-1][0] + 1), dtype)
+        self.margins: Array = np.zeros((2, levels[-1][0] + 1))
 
     def bound(self, position: Array, begin: int, stride: int, *, extend: bool = False) -> None:
         """Bound the cells by positions, m, a flat array, or `extend` their bounds by these."""
@@ -72,7 +78,7 @@ class Blocks:
         _bound_blocks(self.levels, self.bounds)
 
     def near_cells(
-        self, reach: float, far: float, flat: float, motion: float, change: float, out: Array
+        self, reach: float, far: float, flat: float, margins: Array, changes: Array, out: Array
     ) -> int:
         """
         List the pairs of cells that may come into reach.
@@ -82,13 +88,13 @@ class Blocks:
         reach
             Distance, m, up to which features are near.
         far
-            The same, m, of cells that are more than two cells apart in the sheet, where `change`
-            decides; for those the margin `motion` is enough besides `reach`.
+            The same, m, of cells that are more than two cells apart in the sheet, where `changes`
+            decide.
         flat
             Distance, m, of features in a block that counts as flat.
-        motion, change
-            Greatest relative motion of two particles, and change of an edge, m, for which the
-            list stays complete.
+        margins, changes
+            Motion of the particles of each cell, and change of its sides, m, for which the list
+            stays complete: shape (cells,).
         out
             Receives the cells of each pair, shape (n, 2); pairs beyond its length are counted.
 
@@ -98,7 +104,8 @@ class Blocks:
             Number of pairs.
 
         """
-        count: int = _near_cells(self.levels, self.bounds, reach, far, flat, motion, change, out)
+        self.margins[0, : len(margins)], self.margins[1, : len(changes)] = margins, changes
+        count: int = _near_cells(self.levels, self.bounds, self.margins, reach, far, flat, out)
         return count
 
 
@@ -222,8 +229,37 @@ def _bound_edges_of_blocks(bounds, first, across, top, bottom, left, right, box)
                     box[n + 3] = max(box[n + 3], bounds[_EDGES + n + 3, block])
 
 
+@exact_inlined
+def _combine_margins(levels, margins):  # type: ignore[no-untyped-def]
+    """Write the greatest margins of the cells of larger blocks."""
+    for level in range(1, len(levels)):
+        start, down, across = levels[level, 0], levels[level, 1], levels[level, 2]
+        former, rows, columns = levels[level - 1, 0], levels[level - 1, 1], levels[level - 1, 2]
+        for row in range(down):
+            above = former + 2 * row * columns
+            below = former + min(2 * row + 1, rows - 1) * columns
+            for c in range(across):
+                left, right = 2 * c, min(2 * c + 1, columns - 1)
+                for n in range(2):
+                    margins[n, start + row * across + c] = max(
+                        margins[n, above + left], margins[n, above + right],
+                        margins[n, below + left], margins[n, below + right],
+                    )  # fmt: skip
+
+
+@exact_inlined
+def _greatest_change(margins, first, across, top, bottom, left, right):  # type: ignore[no-untyped-def]
+    """Return how much the edges in a rectangle of blocks may change, m."""
+    change = 0.0
+    for r in range(top, bottom + 1):
+        for c in range(left, right + 1):
+            change = max(change, margins[1, first + r * across + c])
+    return change
+
+
 @exact
-def _near_cells(levels, bounds, reach, far, flat, motion, change, out):  # type: ignore[no-untyped-def]
+def _near_cells(levels, bounds, margins, reach, far, flat, out):  # type: ignore[no-untyped-def]
+    _combine_margins(levels, margins)
     box = np.empty(EDGES)
     # Level, row and column of one block, and of the other.
     stack = np.empty((_STACK, 5), np.int64)
@@ -236,18 +272,26 @@ def _near_cells(levels, bounds, reach, far, flat, motion, change, out):  # type:
             stack[height, 4],
         )  # fmt: skip
         first, across = levels[level, 0], levels[level, 2]
-        down, right = abs(c - a), abs(d - b)
-        if max(down, right) > 1:
-            cells = (down + right + 2) << level
-            beside = level == 0 and max(down, right) <= 2
-            allowed = min(reach + motion, (reach if beside else far) + cells * change)
-            gap = _gap_squared(bounds, first + a * across + b, first + c * across + d)
+        apart = max(abs(c - a), abs(d - b))
+        top, bottom, left, right = min(a, c), max(a, c), min(b, d), max(b, d)
+        change = -1.0  # not known yet
+        if apart > 1:
+            m, n = first + a * across + b, first + c * across + d
+            gap = _gap_squared(bounds, m, n)
+            allowed = reach + margins[0, m] + margins[0, n]
             if gap > allowed * allowed:
                 continue
-        if max(down, right) <= _LARGEST:
-            _bound_edges_of_blocks(
-                bounds, first, across, min(a, c), max(a, c), min(b, d), max(b, d), box
-            )
+            if apart <= _ALONG:
+                change = _greatest_change(margins, first, across, top, bottom, left, right)
+                cells = (bottom - top + right - left + 2) << level
+                beside = level == 0 and apart <= 2
+                allowed = (reach if beside else far) + cells * change
+                if gap > allowed * allowed:
+                    continue
+        if apart <= _LARGEST:
+            if change < 0.0:
+                change = _greatest_change(margins, first, across, top, bottom, left, right)
+            _bound_edges_of_blocks(bounds, first, across, top, bottom, left, right, box)
             if least_distance(box, 2 * change) > flat:
                 continue
         if level == 0:

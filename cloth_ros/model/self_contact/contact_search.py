@@ -2,10 +2,11 @@
 Search of a pair list for contacts, and for pairs whose path is not proven to be free.
 
 Most pairs need no computation: a bound of the distance of a pair that was found once decreases by
-how far particles have moved since then, twice that of the fastest.  Others are decided by the unit
-vector that is stored with them: the gap along it is at most their distance.  Both only save time:
-a pair that they decide would be decided in the same way without them, so that results do not
-depend on when a list was made.
+how far the particles of both cells have moved since then, and pairs of the same cells are looked
+at only if the least of their bounds is in reach.  Others are decided by the unit vector that is
+stored with them: the gap along it is at most their distance.  Both only save time: a pair that
+they decide would be decided in the same way without them, so that results do not depend on when a
+list was made.
 """
 
 from __future__ import annotations
@@ -157,11 +158,19 @@ def _without_repeated(particles, rows, numbers, count, faces, last):  # type: ig
     return kept
 
 
+@exact_inlined
+def _least(distances, first, last):  # type: ignore[no-untyped-def]
+    least = np.inf
+    for p in range(first, last):
+        least = min(least, distances[p])
+    return least
+
+
 @exact
 def find_contacts(  # type: ignore[no-untyped-def]
-    now, ahead, motions, pairs, normals, distances, vertices, offset, odometer, thickness,
-    foreseen, inverse_masses, supports, begin, stride, columns, faces, last, numbers, particles,
-    rows,
+    now, ahead, motions, pairs, normals, distances, groups, nearest, vertices, offsets, odometers,
+    motions_of_cells, thickness, foreseen, inverse_masses, supports, begin, stride, columns, faces,
+    last, numbers, particles, rows,
 ):  # fmt: skip
     """
     List the contacts of a pair list.
@@ -176,12 +185,18 @@ def find_contacts(  # type: ignore[no-untyped-def]
         at its end; and how far particles move, m, shape (n,).
     pairs, normals, distances
         Of the list: particles, shape (m, 4), a unit vector, shape (m, 3), and a bound of the
-        distance, m: the present one is not less than that minus `odometer`.  The latter two are
-        updated.
+        distance, m: the present one is not less than that minus the `odometers` of both cells.
+        The latter two are updated.
+    groups, nearest
+        First pair and cells of each group, shape (k + 1, 3), and the least of its bounds, m,
+        which is updated, shape (k,).
     vertices
-        Number of pairs, at the beginning of the list, of a vertex and a triangle.
-    offset, odometer
-        Number, m, that is added to a distance that was computed; and see above.
+        Number of groups, at the beginning of the list, of vertices and triangles.
+    offsets, odometers
+        Numbers of both cells, m, shape (n,), that are added to a distance that was computed; and
+        see above.
+    motions_of_cells
+        The greatest of the motions at the corners of each cell, m, or more: shape (n,).
     thickness, foreseen
         Of the sheet, and the longest approach that is foreseen, m.
     inverse_masses
@@ -203,132 +218,88 @@ def find_contacts(  # type: ignore[no-untyped-def]
         m.
 
     """
-    for p in range(vertices):
-        faces[pairs[p, 0]] = 0.0
-        last[pairs[p, 0]] = 0.0
-    count, room, nearest = 0, 0, np.inf
+    faces[:] = 0.0
+    last[:] = 0.0
+    count, room, least = 0, 0, np.inf
     weights = np.empty(4)
-    for p in range(len(pairs)):
-        edges = p >= vertices
-        if p == vertices:
+    for g in range(len(nearest)):
+        edges = g >= vertices
+        if g == vertices:
             room = count
             if count <= len(rows):
                 count = _without_repeated(particles, rows, numbers, count, faces, last)
         rest = _EDGES * thickness if edges else thickness
         near = rest if edges else _NEAR * thickness
-        least = distances[p] - odometer
-        if least >= rest + foreseen:
+        a, b = groups[g, 1], groups[g, 2]
+        odometer = odometers[a] + odometers[b]
+        approach = motions_of_cells[a] + motions_of_cells[b]
+        if nearest[g] - odometer >= max(near, rest + min(approach, foreseen)):
             continue
-        i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-        approach = 2.0 * max(motions[i], motions[j], motions[k], motions[h])
-        reach = near
-        if not edges or approach > _SLOW * thickness:
-            reach = max(near, rest + min(approach, foreseen))
-        if least >= reach:
-            continue
-        nx, ny, nz = (
-            np.float64(normals[p, 0]),
-            np.float64(normals[p, 1]),
-            np.float64(normals[p, 2]),
-        )
-        gap = separation(now, edges, i, j, k, h, nx, ny, nz)
-        if gap > reach * (1.0 + _ROUNDING) or (
-            gap > near * (1.0 + _ROUNDING) and _beside(i, k, columns)
-        ):
-            distances[p] = gap + offset
-            continue
-        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
-        normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
-        distances[p] = d + offset
-        # The ends of edges are in contact as vertices.
-        if d >= reach or (edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0)):
-            continue
-        if d >= near:
-            if _beside(i, k, columns):
+        offset = offsets[a] + offsets[b]
+        for p in range(groups[g, 0], groups[g + 1, 0]):
+            i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+            if edges:
+                approach = max(motions[i], motions[j]) + max(motions[k], motions[h])
+            else:
+                approach = motions[i] + max(motions[j], motions[k], motions[h])
+            reach = near
+            if not edges or approach > _SLOW * thickness:
+                reach = max(near, rest + min(approach, foreseen))
+            if distances[p] - odometer >= reach:
                 continue
-            expected = 0.0
-            for axis, component in enumerate((nx, ny, nz)):
-                origin = ahead[i, axis]
-                expected += component * (
-                    wj * (ahead[j, axis] - origin)
-                    + wk * (ahead[k, axis] - origin)
-                    + wl * (ahead[h, axis] - origin)
-                )
-            if expected >= rest:
-                continue
-        nearest = min(nearest, d)
-        if _beside(i, k, columns):
-            rest = max(min(d, rest), _FOLDED * rest)
-        if not edges and wj != 0.0 and wk != 0.0 and wl != 0.0:
-            _faces(faces, i, nx, ny, nz, True)
-        if count < len(rows):
-            weights[0], weights[1], weights[2], weights[3] = wi, wj, wk, wl
-            numbers[count] = i
-            _write_row(
-                particles, rows, count, pairs, p, weights, nx, ny, nz, d, rest, inverse_masses,
-                supports, begin, stride, columns,
+            nx, ny, nz = (
+                np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
             )  # fmt: skip
-        count += 1
-    if vertices == len(pairs):
+            gap = separation(now, edges, i, j, k, h, nx, ny, nz)
+            if gap > reach * (1.0 + _ROUNDING) or (
+                gap > near * (1.0 + _ROUNDING) and _beside(i, k, columns)
+            ):
+                distances[p] = gap + offset
+                continue
+            d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
+            normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
+            distances[p] = d + offset
+            # The ends of edges are in contact as vertices.
+            if d >= reach or (edges and (wi == 0.0 or wj == 0.0 or wk == 0.0 or wl == 0.0)):
+                continue
+            beside = _beside(i, k, columns)
+            if d >= near:
+                if beside:
+                    continue
+                expected = 0.0
+                for axis, component in enumerate((nx, ny, nz)):
+                    origin = ahead[i, axis]
+                    expected += component * (
+                        wj * (ahead[j, axis] - origin)
+                        + wk * (ahead[k, axis] - origin)
+                        + wl * (ahead[h, axis] - origin)
+                    )
+                if expected >= rest:
+                    continue
+            least = min(least, d)
+            if not edges and wj != 0.0 and wk != 0.0 and wl != 0.0:
+                _faces(faces, i, nx, ny, nz, True)
+            if count < len(rows):
+                weights[0], weights[1], weights[2], weights[3] = wi, wj, wk, wl
+                numbers[count] = i
+                kept = max(min(d, rest), _FOLDED * rest) if beside else rest
+                _write_row(
+                    particles, rows, count, pairs, p, weights, nx, ny, nz, d, kept,
+                    inverse_masses, supports, begin, stride, columns,
+                )  # fmt: skip
+            count += 1
+        nearest[g] = _least(distances, groups[g, 0], groups[g + 1, 0])
+    if vertices == len(nearest):
         room = count
         if count <= len(rows):
             count = _without_repeated(particles, rows, numbers, count, faces, last)
-    return count, max(room, count), nearest
-
-
-@exact
-def divide(particles, rows, count, position, out_particles, out_rows, starts):  # type: ignore[no-untyped-def]
-    """
-    Sort contacts into two groups that share no particle, and a third one of all others.
-
-    Contacts are on both sides of a plane; those of the third group are near it.
-
-    Parameters
-    ----------
-    particles, rows, count
-        From `find_contacts`.
-    position
-        Flat array, m.
-    out_particles, out_rows
-        Receive the contacts; the order within a group stays.
-    starts
-        Receives where groups begin, and the number of contacts: shape (4,).
-
-    """
-    mean, widest, axis = np.zeros(3), 0.0, 0
-    for direction in range(3):
-        low, high, total = np.inf, -np.inf, 0.0
-        for c in range(count):
-            x = np.float64(position[direction, particles[c, 0]])
-            low, high, total = min(low, x), max(high, x), total + x
-        mean[direction] = total / count
-        if high - low > widest:
-            widest, axis = high - low, direction
-    starts[:] = 0
-    place = np.zeros(3, np.int64)
-    for write in range(2):
-        for c in range(count):
-            below = 0
-            for n in range(4):
-                if position[axis, particles[c, n]] < mean[axis]:
-                    below += 1
-            group = 0 if below == 4 else (1 if below == 0 else 2)
-            if write:
-                out_particles[place[group]] = particles[c]
-                out_rows[place[group]] = rows[c]
-                place[group] += 1
-            else:
-                starts[group + 1] += 1
-        if not write:
-            for group in range(3):
-                place[group] = starts[group]
-                starts[group + 1] += starts[group]
+    return count, max(room, count), least
 
 
 @exact
 def find_blocked(  # type: ignore[no-untyped-def]
-    before, now, pairs, normals, distances, vertices, offset, odometer, again, shifted, thickness,
-    particles, rows,
+    before, now, pairs, normals, distances, groups, nearest, vertices, offsets, odometers, again,
+    shifted, thickness, particles, rows,
 ):  # fmt: skip
     """
     List the pairs of a pair list whose path is not accepted.
@@ -341,8 +312,8 @@ def find_blocked(  # type: ignore[no-untyped-def]
     before, now
         Positions, m, shape (n, 3), double precision: the last accepted ones, and those to be
         accepted.
-    pairs, normals, distances, vertices, offset, odometer, thickness
-        As in `find_contacts`; `offset` at the end of the path, `odometer` all along it.
+    pairs, normals, distances, groups, nearest, vertices, offsets, odometers, thickness
+        As in `find_contacts`; `offsets` at the end of the path, `odometers` all along it.
     again, shifted
         True to look only at the pairs of particles that were shifted since the last search, with
         the same accepted positions: bool, shape (n,).
@@ -359,40 +330,46 @@ def find_blocked(  # type: ignore[no-untyped-def]
     count = 0
     safe = _SAFE * thickness
     least_gap = safe * (1.0 + _ROUNDING)
-    for p in range(len(pairs)):
-        if not again and distances[p] - odometer > least_gap:
+    for g in range(len(nearest)):
+        a, b = groups[g, 1], groups[g, 2]
+        odometer, offset = odometers[a] + odometers[b], offsets[a] + offsets[b]
+        if not again and nearest[g] - odometer > least_gap:
             continue
-        i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
-        if again and not (shifted[i] or shifted[j] or shifted[k] or shifted[h]):
-            continue
-        edges = p >= vertices
-        nx, ny, nz = (
-            np.float64(normals[p, 0]),
-            np.float64(normals[p, 1]),
-            np.float64(normals[p, 2]),
-        )
-        gap = separation(now, edges, i, j, k, h, nx, ny, nz)
-        if gap > least_gap and separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap:
-            distances[p] = gap + offset
-            continue
-        d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
-        free = d > least_gap and (separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap)
-        if not free:
-            d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, h)
-            least = min(max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness), _STAYING * d0)
-            free = stays_apart(before, now, edges, i, j, k, h, least)
+        edges = g >= vertices
+        for p in range(groups[g, 0], groups[g + 1, 0]):
+            if not again and distances[p] - odometer > least_gap:
+                continue
+            i, j, k, h = pairs[p, 0], pairs[p, 1], pairs[p, 2], pairs[p, 3]
+            if again and not (shifted[i] or shifted[j] or shifted[k] or shifted[h]):
+                continue
+            nx, ny, nz = (
+                np.float64(normals[p, 0]), np.float64(normals[p, 1]), np.float64(normals[p, 2])
+            )  # fmt: skip
+            gap = separation(now, edges, i, j, k, h, nx, ny, nz)
+            if gap > least_gap and separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap:
+                distances[p] = gap + offset
+                continue
+            d, nx, ny, nz, wi, wj, wk, wl = closest(now, edges, i, j, k, h)
+            free = d > least_gap and (
+                separation(before, edges, i, j, k, h, nx, ny, nz) > least_gap
+            )
             if not free:
-                d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
-        normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
-        distances[p] = d + offset if free else -np.inf
-        if free:
-            continue
-        if count < len(particles):
-            particles[count, 0], particles[count, 1] = i, j
-            particles[count, 2], particles[count, 3] = k, h
-            rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = wi, wj, wk, wl
-            rows[count, 4], rows[count, 5], rows[count, 6] = nx, ny, nz
-            rows[count, 7] = d
-            rows[count, 8] = _EDGES * thickness if edges else thickness
-        count += 1
+                d0, ax, ay, az, bi, bj, bk, bl = closest(before, edges, i, j, k, h)
+                least = min(max(0.5 * min(safe, 0.5 * d0), _LEAST * thickness), _STAYING * d0)
+                free = stays_apart(before, now, edges, i, j, k, h, least)
+                if not free:
+                    d, nx, ny, nz, wi, wj, wk, wl = d0, ax, ay, az, bi, bj, bk, bl
+            normals[p, 0], normals[p, 1], normals[p, 2] = nx, ny, nz
+            distances[p] = d + offset if free else -np.inf
+            if free:
+                continue
+            if count < len(particles):
+                particles[count, 0], particles[count, 1] = i, j
+                particles[count, 2], particles[count, 3] = k, h
+                rows[count, 0], rows[count, 1], rows[count, 2], rows[count, 3] = wi, wj, wk, wl
+                rows[count, 4], rows[count, 5], rows[count, 6] = nx, ny, nz
+                rows[count, 7] = d
+                rows[count, 8] = _EDGES * thickness if edges else thickness
+            count += 1
+        nearest[g] = _least(distances, groups[g, 0], groups[g + 1, 0])
     return count

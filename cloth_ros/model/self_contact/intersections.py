@@ -115,8 +115,9 @@ def check_free_of_intersections(name: str, positions: Array, thickness: float) -
     blocks.bound(flat, 0, columns)
     blocks.finish()
     cells: Array = np.empty((0, 2), np.int64)
-    cells = np.empty((blocks.near_cells(least, least, least, 0.0, 0.0, cells), 2), np.int64)
-    blocks.near_cells(least, least, least, 0.0, 0.0, cells)
+    still: Array = np.zeros(rows * columns)
+    cells = np.empty((blocks.near_cells(least, least, least, still, still, cells), 2), np.int64)
+    blocks.near_cells(least, least, least, still, still, cells)
     a, b = _first(np.ascontiguousarray(flat.T), rows, columns, cells, least)
     if a >= 0:
         first, second = divmod(a, columns), divmod(b, columns)

@@ -11,8 +11,6 @@ from ..kernels.jit import inlined, kernel
 
 # Rounding of sums in single precision.
 _ROUNDING = 1.001
-# Lanes: motion of particles, and change of edges.
-LANES = 2
 
 
 @inlined
@@ -25,55 +23,94 @@ def _add_row(sums, first, last, begin, count):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _row_maximum(first, last, begin, count, x, y, z, lanes):  # type: ignore[no-untyped-def]
+def _row_motion(first, last, begin, count, x, y, z, motions, out):  # type: ignore[no-untyped-def]
     for c in range(np.uint64(count)):
         u = last[0, begin + c] - first[0, begin + c] - x
         v = last[1, begin + c] - first[1, begin + c] - y
         w = last[2, begin + c] - first[2, begin + c] - z
-        squared = u * u + v * v + w * w
-        lanes[0, c] = squared if squared > lanes[0, c] else lanes[0, c]
+        motions[out + c] = np.sqrt(u * u + v * v + w * w) * motions.dtype.type(_ROUNDING)
 
 
 @inlined
-def _edge_maximum(first, last, begin, count, step, lanes):  # type: ignore[no-untyped-def]
+def _row_change(first, last, begin, count, step, changes, out):  # type: ignore[no-untyped-def]
     """Note the change of the vectors from the particles of a row to those a step away."""
     for c in range(np.uint64(count)):
         i, j = begin + c, begin + step + c
         u = (last[0, j] - first[0, j]) - (last[0, i] - first[0, i])
         v = (last[1, j] - first[1, j]) - (last[1, i] - first[1, i])
         w = (last[2, j] - first[2, j]) - (last[2, i] - first[2, i])
-        squared = u * u + v * v + w * w
-        lanes[1, c] = squared if squared > lanes[1, c] else lanes[1, c]
+        changes[out + c] = np.sqrt(u * u + v * v + w * w) * changes.dtype.type(_ROUNDING)
+
+
+@inlined
+def _row_of_cells(motions, above, below, out, begin, last):  # type: ignore[no-untyped-def]
+    """Write the greatest of the motions at the corners of the cells of a row."""
+    for c in range(np.uint64(last)):
+        i, j = above + c, below + c
+        p, q = motions[i], motions[i + np.uint64(1)]
+        r, s = motions[j], motions[j + np.uint64(1)]
+        p, r = (p if p > q else q), (r if r > s else s)
+        out[begin + c] = p if p > r else r
+
+
+@inlined
+def _row_of_edges(along, across, above, below, out, last):  # type: ignore[no-untyped-def]
+    """Write the greatest of the changes of the sides of the cells of a row."""
+    for c in range(np.uint64(last)):
+        i, j = above + c, below + c
+        p, q = along[i], along[j]
+        r, s = across[i], across[i + np.uint64(1)]
+        p, r = (p if p > q else q), (r if r > s else s)
+        out[i] = p if p > r else r
 
 
 @kernel
-def _measure(first, last, edges, begin, stride, rows, columns, lanes, mean):  # type: ignore[no-untyped-def]
+def _measure(  # type: ignore[no-untyped-def]
+    first, last, edges, begin, stride, rows, columns, scratch, mean, motions, changes
+):
     mean[:] = 0.0
     for row in range(rows):
         _add_row(mean, first, last, np.uint64(begin + row * stride), columns)
-    number = lanes.dtype.type
+    number = motions.dtype.type
     for axis in range(3):
         mean[axis] /= rows * columns
     x, y, z = number(mean[0]), number(mean[1]), number(mean[2])
-    lanes[:] = 0
+    moved, along, across = scratch[0], scratch[1], scratch[2]
     for row in range(rows):
-        start = np.uint64(begin + row * stride)
-        _row_maximum(first, last, start, columns, x, y, z, lanes)
+        start, out = np.uint64(begin + row * stride), np.uint64(row * columns)
+        _row_motion(first, last, start, columns, x, y, z, moved, out)
         if edges:
-            _edge_maximum(first, last, start, columns - 1, np.uint64(1), lanes)
+            _row_change(first, last, start, columns - 1, np.uint64(1), along, out)
             if row + 1 < rows:
-                _edge_maximum(first, last, start, columns, np.uint64(stride), lanes)
-    moved, changed = 0.0, 0.0
-    for c in range(columns):
-        moved = max(moved, lanes[0, c])
-        changed = max(changed, lanes[1, c])
+                _row_change(first, last, start, columns, np.uint64(stride), across, out)
+    end = np.uint64(columns - 1)
+    for row in range(rows):
+        above = np.uint64(row * columns)
+        below = np.uint64(min(row + 1, rows - 1) * columns)
+        _row_of_cells(moved, above, below, motions, above, columns - 1)
+        motions[above + end] = max(moved[above + end], moved[below + end])
+        if edges:
+            _row_of_edges(along, across, above, below, changes, columns - 1)
+            changes[above + end] = across[above + end]
+    farthest, most = number(0), number(0)
+    for n in range(np.uint64(len(moved))):
+        farthest = moved[n] if moved[n] > farthest else farthest
+    if edges:
+        for n in range(np.uint64(len(changes))):
+            most = changes[n] if changes[n] > most else most
     # Not finite if one of them is not.
-    finite = (moved + mean[0] + mean[1] + mean[2]) * 0.0
-    return np.sqrt(moved) * _ROUNDING + finite, np.sqrt(changed) * _ROUNDING + finite
+    finite = (farthest + mean[0] + mean[1] + mean[2]) * 0.0
+    return farthest + finite, most + finite
 
 
 def measure(
-    first: Array, last: Array, edges: bool, layout: tuple[int, ...], lanes: Array, mean: Array
+    first: Array,
+    last: Array,
+    layout: tuple[int, ...],
+    scratch: Array,
+    mean: Array,
+    motions: Array,
+    changes: Array | None = None,
 ) -> tuple[float, float]:
     """
     Return how far particles have moved, and how much edges have changed, m; NaN if not finite.
@@ -82,15 +119,19 @@ def measure(
     ----------
     first, last
         Flat arrays of positions, m.
-    edges
-        False: without the change of edges, which is 0 then.
     layout
         Begin, stride, rows and columns.
-    lanes
-        Scratch: shape (LANES, columns), in the precision of the positions.
+    scratch
+        Zeros at first: shape (3, rows * columns), in the precision of the positions.
     mean
         Receives the mean displacement, m, shape (3,), beyond which motion counts.
+    motions, changes
+        Receive, of each cell, how far its particles have moved, and how much its sides have
+        changed, m, shape (rows * columns,).  Each particle begins a cell; those of the last row
+        and column are lines.  Without `changes`, 0 is returned for the change of edges.
 
     """
-    moved, changed = _measure(first, last, edges, *layout, lanes, mean)
+    edges = changes is not None
+    wanted = motions if changes is None else changes
+    moved, changed = _measure(first, last, edges, *layout, scratch, mean, motions, wanted)
     return (moved, changed) if moved < math.inf else (math.nan, math.nan)

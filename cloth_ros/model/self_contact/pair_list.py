@@ -97,7 +97,7 @@ def _apart(boxes, m, a, n, b, reach):  # type: ignore[no-untyped-def]
 
 
 @exact_inlined
-def _append(out, normals, count, x, edges, i, j, k, h, reach):  # type: ignore[no-untyped-def]
+def _append(out, normals, distances, count, x, edges, i, j, k, h, reach):  # type: ignore[no-untyped-def]
     """Append a pair unless it is out of reach; return the number of pairs."""
     d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, h)
     if d > reach:
@@ -105,12 +105,13 @@ def _append(out, normals, count, x, edges, i, j, k, h, reach):  # type: ignore[n
     if count < len(out):
         out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, h
         normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
+        distances[count] = d
     return count + 1
 
 
 @exact_inlined
 def _vertices_and_triangles(  # type: ignore[no-untyped-def]
-    after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
+    after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, distances, count
 ):
     """Append the pairs of the vertex of a cell and the triangles of another."""
     for n in range(2):
@@ -118,12 +119,15 @@ def _vertices_and_triangles(  # type: ignore[no-untyped-def]
             continue
         j, k, h, _ = _triangle(b, n, rows, columns)
         if a != j and a != k and a != h:
-            count = _append(out, normals, count, after, False, a, j, k, h, exact_reach)
+            count = _append(out, normals, distances, count, after, False, a, j, k, h, exact_reach)
     return count
 
 
 @exact
-def find_pairs(after, rows, columns, boxes, cells, reach, path, edges, out, normals):  # type: ignore[no-untyped-def]
+def find_pairs(  # type: ignore[no-untyped-def]
+    after, rows, columns, boxes, cells, reach, margins, paths, edges, out, normals, distances,
+    groups,
+):  # fmt: skip
     """
     List the pairs of vertices and triangles, or of edges, that may come into reach.
 
@@ -137,14 +141,18 @@ def find_pairs(after, rows, columns, boxes, cells, reach, path, edges, out, norm
         Pairs of cells, shape (n, 2).
     reach
         m.
-    path
-        How far two particles may have moved relative to each other on the path, m, if the list is
-        to be complete all along it, and the boxes are those of the path.
+    margins
+        How far the particles of each cell may move, m, shape (rows * columns,).
+    paths
+        How far they have moved on the path, m, shape (rows * columns,), if the list is to be
+        complete all along it, and the boxes are those of the path; else 0.
     edges
         True for pairs of edges, False for pairs of a vertex and a triangle.
-    out, normals
-        Receive the particles of each pair, shape (n, 4), and a unit vector, shape (n, 3).  Pairs
-        beyond their length are counted only.
+    out, normals, distances
+        Receive the particles of each pair, shape (n, 4), a unit vector, shape (n, 3), and the
+        distance, m, shape (n,).  Pairs beyond their length are counted only.
+    groups
+        Receives the first pair of each pair of cells: shape (n,).
 
     Returns
     -------
@@ -153,24 +161,30 @@ def find_pairs(after, rows, columns, boxes, cells, reach, path, edges, out, norm
 
     """
     count = 0
-    exact_reach = reach + path
     for p in range(len(cells)):
         a, b = cells[p, 0], cells[p, 1]
+        groups[p] = count
+        near = reach + margins[a] + margins[b]
+        exact_reach = near + paths[a] + paths[b]
         if not edges:
             count = _vertices_and_triangles(
-                after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, count
-            )
+                after, boxes, a, b, rows, columns, near, exact_reach, out, normals, distances,
+                count,
+            )  # fmt: skip
             if a != b:
                 count = _vertices_and_triangles(
-                    after, boxes, b, a, rows, columns, reach, exact_reach, out, normals, count
-                )
+                    after, boxes, b, a, rows, columns, near, exact_reach, out, normals, distances,
+                    count,
+                )  # fmt: skip
         elif a != b:
             for m in range(3):
                 i, j = _edge(a, m, rows, columns)
                 for n in range(3):
-                    if _apart(boxes, 1 + m, a, 1 + n, b, reach):
+                    if _apart(boxes, 1 + m, a, 1 + n, b, near):
                         continue
                     k, h = _edge(b, n, rows, columns)
                     if i != k and i != h and j != k and j != h:
-                        count = _append(out, normals, count, after, True, i, j, k, h, exact_reach)
+                        count = _append(
+                            out, normals, distances, count, after, True, i, j, k, h, exact_reach
+                        )
     return count

@@ -22,13 +22,14 @@ from ...scene import Scene
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..state import State
-from .contact_search import BLOCKED, FACES, LAST, divide, find_blocked, find_contacts
+from .contact_search import BLOCKED, FACES, LAST, find_blocked, find_contacts
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
 from .particle_arrays import load_start, load_vectors, store_positions
 from .response import push_back, shorten
 from .sheet_contacts import ROW, SheetContacts
 from .supports import UNSUPPORTED, find_supports
+from .thread_groups import divide
 
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
@@ -37,7 +38,7 @@ _LEAST_ROOM = 256
 # Share of a list's length that is added when it is too short.
 _GROWTH = 1.3
 # Motion, in thicknesses, after which distances are bounded by later positions.
-_STALE = 0.1
+_STALE = 0.05
 # Particles from which on contacts are divided into groups for two threads.
 _MIN_DIVIDED = 4096
 # Gap, in thicknesses, up to which a collider supports a particle.
@@ -89,10 +90,11 @@ class SelfContact:
         self._faces, self._last = np.zeros((number, FACES)), np.zeros((number, LAST))
         self._motions, self._numbers = np.zeros(number), np.zeros(0, np.int64)
         self._divided = number >= _MIN_DIVIDED
-        # Distances are bounded by how far particles have moved from positions of reference, and by
-        # how far these had moved relative to each other before, m.
+        # Distances are bounded by how far the particles of each cell have moved from positions of
+        # reference, now and at the start of a part, and by how far these had moved before, m.
         self._reference = grid.field(dtype)
-        self._moved, self._former, self._passed = 0.0, 0.0, 0.0
+        self._moved: Array = np.zeros(number, dtype)
+        self._former, self._passed = self._moved.copy(), self._moved.copy()
         supports = grid.field(dtype, components=4)
         supports[3] = UNSUPPORTED
         none: Array = np.zeros(0, np.int64)
@@ -168,9 +170,9 @@ class SelfContact:
         )  # fmt: skip
 
     def _refer_to(self, position: Array) -> None:
-        """Bound the distances of a new list, none of which is known, by these positions."""
+        """Bound the distances of a new list, which was made at these positions."""
         self._reference[...] = position
-        self._moved = self._passed = 0.0
+        self._moved[:] = self._passed[:] = 0.0
 
     def _find_supports(self, state: State, surfaces: Sequence[Surface]) -> None:
         supports, former = self._room.supports, self._room.supported
@@ -185,14 +187,15 @@ class SelfContact:
         self._room = self._room._replace(supported=supported)
 
     def _find_contacts(self, state: State) -> None:
-        near, passed, moved = self._neighbours, self._passed, 2 * self._moved
+        near, passed, moved = self._neighbours, self._passed, self._moved
         while True:
             particles, rows = self._room.particles, self._room.rows
             count, room, nearest = find_contacts(
                 self._before, self._ahead, self._motions, near.pairs, near.normals, near.distances,
-                near.vertices, passed - moved, passed + moved, self._thickness, self._foreseen,
-                self._inverse_masses, self._room.supports, *self._layout, self._faces, self._last,
-                self._numbers, particles, rows,
+                near.groups, near.nearest, near.vertices, passed - moved, passed + moved,
+                near.ahead, self._thickness, self._foreseen, self._inverse_masses,
+                self._room.supports, *self._layout, self._faces, self._last, self._numbers,
+                particles, rows,
             )  # fmt: skip
             if room <= len(rows):
                 break
@@ -225,15 +228,22 @@ class SelfContact:
             if new:  # with other particles
                 self._load_start(state, 0.0, self._start)
             load_vectors(state.position, *self._layout, near.used, self._now)
-            if new:
-                self._refer_to(self._start)
-            self._former = self._moved
-            self._moved = near.motion(self._reference, state.position)
+            self._former[:] = self._moved
+            self._follow(state.position, new=new)
             blocked = self._accept_paths(state)
-            if 2 * self._moved > _STALE * self._thickness:
-                self._passed += 2 * near.motion(self._reference, state.position)
-                self._reference[...], self._moved = state.position, 0.0
+            if self._moved.max() > _STALE * self._thickness:
+                self._passed += self._moved
+                self._reference[...] = state.position
+                self._moved[:] = 0.0
         self._adapt(blocked=blocked)
+
+    def _follow(self, position: Array, *, new: bool) -> None:
+        """Find how far the end of a part is from the reference: that of a new list is there."""
+        if new:
+            self._refer_to(position)
+            self._neighbours.motion(self._start, position, self._former)
+        else:
+            self._neighbours.motion(self._reference, position, self._moved)
 
     def _accept_paths(self, state: State) -> bool:
         """Move back what has passed through the sheet; return whether a path was blocked."""
@@ -257,19 +267,19 @@ class SelfContact:
             if new:
                 self._load_start(state, 0.0, self._start)
                 load_vectors(state.position, *self._layout, self._neighbours.used, self._now)
-            # What is moved back may be farther from the reference.
-            self._moved = self._neighbours.motion(self._reference, state.position)
+            self._follow(state.position, new=bool(new))
             count = self._find_blocked(again=not new)
             attempt += 1
         return first > 0
 
     def _find_blocked(self, *, again: bool) -> int:
         """Return the number of pairs whose path is not accepted, which are listed."""
-        near, most = self._neighbours, max(self._moved, self._former)
+        near, passed, moved = self._neighbours, self._passed, self._moved
+        odometers = passed + np.maximum(moved, self._former)
         while True:
             count: int = find_blocked(
-                self._before, self._now, near.pairs, near.normals, near.distances, near.vertices,
-                self._passed - 2 * self._moved, self._passed + 2 * most, again, self._shifted,
+                self._before, self._now, near.pairs, near.normals, near.distances, near.groups,
+                near.nearest, near.vertices, passed - moved, odometers, again, self._shifted,
                 self._thickness, self._blocked_particles, self._blocked,
             )  # fmt: skip
             if count <= len(self._blocked_particles):

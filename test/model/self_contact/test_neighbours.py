@@ -55,7 +55,8 @@ def form(first: list[int], second: list[int]) -> tuple[int, ...]:
 
 def listed_pairs(near: Neighbours) -> set[tuple[int, ...]]:
     """Return the pairs of a list in the same form."""
-    cuts = [1] * near.vertices + [2] * (len(near.pairs) - near.vertices)
+    first = near.groups[near.vertices, 0]
+    cuts = [1] * first + [2] * (len(near.pairs) - first)
     return {
         form(pair[:cut], pair[cut:]) for pair, cut in zip(near.pairs.tolist(), cuts, strict=True)
     }
