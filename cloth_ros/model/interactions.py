@@ -65,10 +65,10 @@ class Interactions:
         if self.self_contact is not None:
             self.self_contact.check(name, positions)
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self, state: State) -> dict[str, Any]:
         """Return what a `Snapshot` has of these, by its fields."""
         return {
-            'contact': None if self.contact is None else self.contact.snapshot(),
+            'contact': None if self.contact is None else self.contact.snapshot(state),
             'grippers': None if self.grippers is None else self.grippers.snapshot(),
             'pace': (1, 0) if self.self_contact is None else self.self_contact.pace,
         }

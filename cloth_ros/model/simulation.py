@@ -133,7 +133,7 @@ class Simulation:
             account=None if self._monitor is None else self._monitor.account(),
             inputs=inputs,
             steps=self.step_control.account(),
-            **self.interactions.snapshot(),
+            **self.interactions.snapshot(self.state),
         )
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -271,6 +271,9 @@ def _check_contact(contact: ContactSnapshot | None, scene: Scene, position: Arra
     _check(contact.rho.dtype == position.dtype, 'the type of rho', contact.rho.dtype)
     _check((contact.rho >= 0).all(), 'rho', 'negative')
     _check(contact.patience >= 0, 'patience', contact.patience)
+    _check(0 <= contact.excess < np.inf, 'excess', contact.excess)
+    _check(0 <= contact.left < np.inf, 'left', contact.left)
+    _check(set(contact.known) <= set(parameters), 'known', list(contact.known))
     for name, each in contact.colliders.items():
         _check(each.parameters == parameters[name], 'a collider', each.parameters)
         _check_pose(each.pose)

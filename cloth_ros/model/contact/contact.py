@@ -354,13 +354,14 @@ class Contact:
         possible = [each.may_reach(sheet, reach, inputs) for each in self.colliders.values()]
         return True in possible
 
-    def snapshot(self) -> ContactSnapshot:
+    def snapshot(self, state: State) -> ContactSnapshot:
         """Return everything about the colliders that later results depend on."""
         colliders = {name: each.snapshot() for name, each in self.colliders.items()}
         particles = self._particles
         return ContactSnapshot(
-            colliders, self._patience, particles.rho.copy(), particles.elapsed, particles.moved
-        )
+            colliders, self._patience, particles.rho.copy(), particles.elapsed, particles.moved,
+            particles.excess, *particles.known(state),
+        )  # fmt: skip
 
     def restore(self, snapshot: ContactSnapshot, state: State, *, exact: bool) -> None:
         """
@@ -371,10 +372,10 @@ class Contact:
         self._patience = snapshot.patience
         particles = self._particles
         if exact:
-            particles.forget_search()
             self._triangles.invalidate()
             particles.rho[...] = snapshot.rho
             particles.elapsed, particles.moved = snapshot.elapsed, snapshot.moved
+            particles.excess = snapshot.excess
         else:
             particles.rho[...] = 0
             self.invalidate()
@@ -383,6 +384,9 @@ class Contact:
             if known is None or not each.restore(known, exact=exact):
                 each.placed = True
                 self._fit(each, state)
+        if exact:
+            colliders = [self.colliders[name] for name in snapshot.known]
+            particles.search_again(state, colliders, snapshot.left)
 
     def warm_up(self, kicks: Kicks, state: State) -> None:
         """Compile the kernels of contact, for a state that none of them changes."""

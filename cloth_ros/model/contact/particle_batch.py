@@ -47,7 +47,7 @@ class Found(NamedTuple):
     ----------
     table
         As the kernel takes it.
-    rows
+    colliders, rows
         That it was made from.
     left
         How far particles may still move before it is out of date, m.
@@ -55,6 +55,7 @@ class Found(NamedTuple):
     """
 
     table: ContactTable
+    colliders: tuple[RigidCollider, ...]
     rows: list[Array]
     left: float
 
@@ -94,6 +95,8 @@ class ParticleBatch:
     elapsed, moved
         Time, s, since that was computed, and how far particles may have moved until the end of the
         present batch, m.
+    excess
+        By how much triangles were larger then, m.
 
     """
 
@@ -134,9 +137,38 @@ class ParticleBatch:
         self.elapsed, self.moved, self.excess = 0.0, math.inf, 0.0
         self._found = None
 
-    def forget_search(self) -> None:
-        """Search for blocks in reach at the next batch."""
+    def known(self, state: State) -> tuple[tuple[str, ...], float]:
+        """Return for which colliders blocks in reach are known, and for how much motion, m."""
+        found = self._found
+        if found is None or not self._is_valid(found, found.colliders, state):
+            return (), 0.0
+        return tuple([each.name for each in found.colliders]), found.left
+
+    def search_again(self, state: State, colliders: Sequence[RigidCollider], left: float) -> None:
+        """
+        Find the blocks in reach of colliders at rest that were known in a restored state.
+
+        So the next batches are made in the same way as without the restore.
+        """
         self._found = None
+        if not colliders:
+            return
+        rows = [each.rows(state.origin, np.zeros(2)) for each in colliders]
+        table = self._prepare(colliders, rows).table
+        approaches, clearances = self._numbers[:, : len(colliders)]
+        approaches[:] = left + self.excess
+        self._search(
+            state.position, state.velocity, *self._layout[:2], 0.0, table, approaches, clearances
+        )  # fmt: skip
+        self._found = Found(table, tuple(colliders), rows, left)
+
+    @staticmethod
+    def _is_valid(found: Found, near: Sequence[RigidCollider], state: State) -> bool:
+        """Return whether nothing has changed about the colliders: rows are the same objects."""
+        if len(near) != len(found.rows):
+            return False
+        rows = zip(near, found.rows, strict=True)
+        return all(each.row_at_rest(state.origin) is row for each, row in rows)
 
     def found(
         self, state: State, near: Sequence[RigidCollider], seconds: float, fastest: float
@@ -150,12 +182,8 @@ class ParticleBatch:
         motion = seconds * self._speed(fastest, seconds)
         if found is None or not motion < min(found.left, self._small):
             return None
-        if len(near) != len(found.rows):
+        if not self._is_valid(found, near, state):
             return None
-        for n, each in enumerate(near):
-            # The same object as long as nothing changes.
-            if each.row_at_rest(state.origin) is not found.rows[n]:
-                return None
         self._measure(state, seconds, motion)
         self._found = found._replace(left=found.left - motion)
         found.table.sums[...] = 0
@@ -202,7 +230,7 @@ class ParticleBatch:
             near[n].clearance = clearance - self.excess
         self._found = None
         if len(table.rows) == 1 and table.active.any():
-            self._found = Found(table, rows, margin)
+            self._found = Found(table, tuple(near), rows, margin)
         return table
 
     def _speed(self, fastest: float, seconds: float) -> float:
