@@ -1,7 +1,8 @@
 """
 Frames per second of the browser view, and what it costs the node.
 
-    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20] [--renderer mesa] [--page FILE]
+    python -m bench.viewer_rates [--sizes 32 64 128] [--seconds 20] [--renderer mesa]
+                                 [--no-shadows] [--page FILE]
 
 For each size a node is started, and measured alone, with the viewer, and with the viewer and a
 page that shows it in a headless Chromium.  That one has no graphics processor: it draws on the
@@ -105,7 +106,9 @@ def measure(listener: Listener, seconds: float, viewer: Process | None = None) -
     return Cost(factor, used / passed)
 
 
-def measure_size(size: int, seconds: float, threads: int, renderer: str) -> tuple[str, str]:
+def measure_size(
+    size: int, seconds: float, threads: int, renderer: str, *, shadows: bool
+) -> tuple[str, str]:
     """Return a row of the table, and what drew the page."""
     parameters = {'sheet.rows': size, 'sheet.columns': size, 'solver.threads': threads}
     command = [*NODE, '--ros-args']
@@ -125,6 +128,8 @@ def measure_size(size: int, seconds: float, threads: int, renderer: str) -> tupl
                 view.page.add_init_script(_COUNT_RECEIVED)
                 view.page.reload()
                 view.wait_for_node(_UPPER)
+                if not shadows:
+                    view.page.get_by_label('shadows').uncheck()
                 view.page.wait_for_timeout(1e3 * _SETTLE)
                 before = [*view.page.evaluate(_COUNTS, _UPPER), *map(browser_seconds, _WORK)]
                 watched = measure(listener, seconds, viewer)
@@ -152,6 +157,7 @@ def main() -> None:
     parser.add_argument('--sizes', type=int, nargs='+', default=[32, 64, 128])
     parser.add_argument('--seconds', type=float, default=20.0)
     parser.add_argument('--threads', type=int, default=1, help='of the node')
+    parser.add_argument('--no-shadows', action='store_true', help='leave out the shadows')
     parser.add_argument('--page', type=Path, help='that the table is written to')
     parser.add_argument('--renderer', choices=RENDERERS, default='swiftshader')
     arguments = parser.parse_args()
@@ -167,8 +173,9 @@ def main() -> None:
     drawn_by = ''
     for size in arguments.sizes:
         row, drawn_by = measure_size(
-            size, arguments.seconds, arguments.threads, arguments.renderer
-        )
+            size, arguments.seconds, arguments.threads, arguments.renderer,
+            shadows=not arguments.no_shadows,
+        )  # fmt: skip
         lines.append(row)
         print(row, flush=True)
     machine = describe_in_a_line()

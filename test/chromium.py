@@ -62,6 +62,13 @@ _RENDERER = """() => {
     const names = context.getExtension('WEBGL_debug_renderer_info');
     return context.getParameter(names.UNMASKED_RENDERER_WEBGL);
 }"""
+_CASTS_SHADOW = """name => {
+    let found = false;
+    window.__viserMutable.nodeRefFromName[name].traverse(each => {
+        found = found || (each.isLight && each.castShadow);
+    });
+    return found;
+}"""
 _SCENE = """() => window.__viserMutable && Object.entries(window.__viserMutable.nodeRefFromName)
     .filter(each => each[1]).map(each => each[0])"""
 
@@ -128,6 +135,10 @@ class View:
         """Return the corners of a mesh, m, shape (count, 3)."""
         text = self.page.evaluate(_VERTICES, name)
         return np.frombuffer(base64.b64decode(text), np.float32).reshape(-1, 3).copy()
+
+    def casts_shadow(self, light: str) -> bool:
+        """Return whether a light of the scene casts shadows."""
+        return self.page.evaluate(_CASTS_SHADOW, light)
 
     def slide(self, label: str, share: float) -> None:
         """Drag the thumb of a slider to a share of its length, with the mouse."""

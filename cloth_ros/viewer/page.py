@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from contextlib import redirect_stdout
 from io import StringIO
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
@@ -88,6 +88,7 @@ class Page:
         self._text.visible = False
         if self._tabs is None:
             self._tabs = gui.add_tab_group()
+            self._add_shadows()
         if self._plots is None:
             self._plots = gui.add_panel()
             self._plots.dock_left()
@@ -99,6 +100,18 @@ class Page:
         with self._plots.add_tab(label):
             plots = Plots(gui, client)
         self._parts.append(_ClothPart(client, view, controls, plots))
+
+    def _add_shadows(self) -> None:
+        """Let users leave out the shadows of all cloths."""
+        shadows = self._server.gui.add_checkbox(
+            'shadows', True, hint='off: drawn more often where there is no graphics processor'
+        )
+
+        async def show(_: viser.GuiEvent[Any]) -> None:
+            visible = bool(shadows.value)
+            self._actions.put('shadows', lambda: self._stage.show_shadows(visible))
+
+        shadows.on_update(show)
 
     def draw(self) -> None:
         """Draw the newest states; only now and then while nobody looks."""

@@ -79,6 +79,10 @@ class Stage:
                 client.camera.position, client.camera.look_at = camera, middle
                 client.camera.fov = _FIELD_OF_VIEW
 
+    def show_shadows(self, visible: bool) -> None:
+        """Show or leave out what the lamp casts."""
+        self._lamp.cast_shadow = visible
+
     def show_ground(self, visible: bool) -> None:
         """Show or hide the ground."""
         self._ground.visible = visible

@@ -12,6 +12,7 @@ from sensor_msgs.msg import PointCloud2
 
 UPPER = '/cloths/cloth/sheet/upper'
 SPHERE = '/cloths/cloth/colliders/sphere'
+LAMP = '/light/lamp'
 GRIPPER = '/cloths/cloth/colliders/left'
 # A curtain at rest, seen from the side of a sphere.
 CURTAIN = {
@@ -44,6 +45,10 @@ def test_the_mouse_turns_the_wind_and_drags_the_sphere(start_cloth, view, probe,
     pushed = lambda: view.corners(UPPER)[:, 1].max() > still[:, 1].max() + 0.02  # noqa: E731
     view.wait_for(pushed)
     view.keep_screenshot(tmp_path, 'sphere_in_the_cloth_laptop')
+
+    assert view.casts_shadow(LAMP)
+    view.page.get_by_label('shadows').uncheck()
+    view.wait_for(lambda: not view.casts_shadow(LAMP))
 
     view.slide('speed, m/s', 0.5)
     probe.spin_until(lambda: winds and abs(winds[-1].vector.y - 7.5) < 1.0)
