@@ -9,11 +9,11 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Error, FloatRect, Page, sync_playwright
 from ros import PATIENCE, Process
 
 # Where screenshots are kept; a test keeps them in its temporary folder otherwise.
@@ -145,12 +145,17 @@ class View:
         row = self.page.get_by_text(label, exact=True).first.locator(
             'xpath=ancestor::*[.//*[@role="slider"]][1]'
         )
-        thumb = row.get_by_role('slider').first
-        thumb.scroll_into_view_if_needed()
-        start = thumb.bounding_box()
-        track = row.locator('.mantine-Slider-track').first.bounding_box()
-        assert start
-        assert track
+        parts = row.get_by_role('slider').first, row.locator('.mantine-Slider-track').first
+        places: list[FloatRect] = []
+
+        def find() -> bool:
+            with suppress(Error):  # while it is built, the page replaces elements
+                parts[0].scroll_into_view_if_needed()
+                places[:] = filter(None, [part.bounding_box() for part in parts])
+            return len(places) == 2
+
+        self.wait_for(find)
+        start, track = places
         y = start['y'] + start['height'] / 2
         self._drag((start['x'] + start['width'] / 2, y), (track['x'] + share * track['width'], y))
 
