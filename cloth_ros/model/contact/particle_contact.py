@@ -33,7 +33,7 @@ from .shapes.shape import COMMON, CONSTANTS
 
 # A sliding velocity that the kick has reversed is not stopped if what it was exceeds this share of
 # what it is.
-_TURNED = 1e-3
+TURNED = 1e-3
 # Time, s, in which a depth is corrected in the position alone.
 _CORRECTED = 5e-3
 # Numbers in a row about a collider in one drift: rotation, row by row, from its frame to that of
@@ -122,7 +122,7 @@ def _respond(  # type: ignore[no-untyped-def]
 
     """
     number = velocity.dtype.type
-    zero, one, tiny, back = number(0), number(1), number(1e-20), number(-_TURNED)
+    zero, one, tiny, back = number(0), number(1), number(1e-20), number(-TURNED)
     s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
     ux, uy, uz = surface
     inset, growth, friction, slop, allowance, hard = limits

@@ -92,15 +92,11 @@ def _measure(  # type: ignore[no-untyped-def]
         if edges:
             _row_of_edges(along, across, above, below, changes, columns - 1)
             changes[above + end] = across[above + end]
-    farthest, most = number(0), number(0)
+    farthest = number(0)
     for n in range(np.uint64(len(moved))):
         farthest = moved[n] if moved[n] > farthest else farthest
-    if edges:
-        for n in range(np.uint64(len(changes))):
-            most = changes[n] if changes[n] > most else most
     # Not finite if one of them is not.
-    finite = (farthest + mean[0] + mean[1] + mean[2]) * 0.0
-    return farthest + finite, most + finite
+    return farthest + (farthest + mean[0] + mean[1] + mean[2]) * 0.0
 
 
 def measure(
@@ -111,9 +107,9 @@ def measure(
     mean: Array,
     motions: Array,
     changes: Array | None = None,
-) -> tuple[float, float]:
+) -> float:
     """
-    Return how far particles have moved, and how much edges have changed, m; NaN if not finite.
+    Return how far particles have moved, m; NaN if that is not finite.
 
     Parameters
     ----------
@@ -128,10 +124,10 @@ def measure(
     motions, changes
         Receive, of each cell, how far its particles have moved, and how much its sides have
         changed, m, shape (rows * columns,).  Each particle begins a cell; those of the last row
-        and column are lines.  Without `changes`, 0 is returned for the change of edges.
+        and column are lines.  Without `changes`, sides are not looked at.
 
     """
     edges = changes is not None
     wanted = motions if changes is None else changes
-    moved, changed = _measure(first, last, edges, *layout, scratch, mean, motions, wanted)
-    return (moved, changed) if moved < math.inf else (math.nan, math.nan)
+    moved: float = _measure(first, last, edges, *layout, scratch, mean, motions, wanted)
+    return moved if moved < math.inf else math.nan

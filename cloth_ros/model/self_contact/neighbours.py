@@ -151,11 +151,11 @@ class Neighbours:
 
         `cells` receives how far those of each cell have, m, shape (rows * columns,).
         """
-        return measure(before, now, self._layout, self._scratch, self.mean, cells)[0]
+        return measure(before, now, self._layout, self._scratch, self.mean, cells)
 
     def _measure(self, before: Array, now: Array, cells: Array) -> float:
         """Return the same; `cells` receives the change of edges, too, m, shape (2, n)."""
-        return measure(before, now, self._layout, self._scratch, self.mean, cells[0], cells[1])[0]
+        return measure(before, now, self._layout, self._scratch, self.mean, cells[0], cells[1])
 
     def prepare(self, position: Array, velocity: Array, seconds: float) -> bool:
         """
@@ -234,6 +234,7 @@ class Neighbours:
         """
         self.renewals += 1
         self._listed[...] = now
+        np.maximum(self._paths[1], _LATELY * self._lately[1], out=self._lately[1])
         if self.renewals % _RETRIED == 0 and self._layered:
             self._parts, self._layered = _PARTS, False
         self._choose_margins()
@@ -273,7 +274,6 @@ class Neighbours:
     def _choose_margins(self) -> None:
         """Choose what the list stays complete for, by what happens in a part."""
         moved, changed = self._paths
-        np.maximum(changed, _LATELY * self._lately[1], out=self._lately[1])
         if self._layered:
             margins = np.clip(self._parts * moved, self._least_margin, self._most_in_layers)
             fast = moved > np.quantile(moved, 1 - _FASTEST)

@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..contact.particle_contact import TURNED
 from ..grid import Array
 from ..kernels.jit import inlined
 
@@ -38,8 +39,6 @@ LACK, HARDNESS, ROW = 14, 15, 16
 # Time, s, in which what is missing is restored at the fastest; and the one whose inverse
 # square is the stiffness of the force that does, for a mass of 1.
 _RESTORING, _STIFFENING = 0.02, 1e-3
-# A sliding velocity that the kick has reversed is not stopped; see `contact.particle_contact`.
-_TURNED = 1e-3
 # Length of a drift, s, below which nothing is foreseen in it.
 _SHORTEST = 1e-12
 
@@ -189,7 +188,7 @@ def sweep(group, length, backwards, position, velocity, former, contacts):  # ty
         # Friction stops the sliding, or is in proportion to the push.
         mass, most = rows[c, MASS], friction * missing
         share = mass if slip <= most else mass * most / slip
-        share = share if u * x + v * y + w * z >= -number(_TURNED) * squared else zero
+        share = share if u * x + v * y + w * z >= -number(TURNED) * squared else zero
         push = mass * missing
         x, y, z = push * nx - share * x, push * ny - share * y, push * nz - share * z
         a, b = rows[c, INVERSE_MASSES], rows[c, INVERSE_MASSES + 1]
