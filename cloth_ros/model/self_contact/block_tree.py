@@ -54,6 +54,8 @@ class Blocks:
     margins
         Of all blocks, m, shape (2, blocks): how far their particles may move, and how much their
         edges may change.
+    chosen
+        True for blocks with a chosen cell: bool, shape (blocks,).
     levels
         First block, rows and columns of each size, shape (sizes, 3).
 
@@ -67,6 +69,7 @@ class Blocks:
         self.levels: Array = np.array(levels)
         self.bounds: Array = np.empty((_BOUNDS, levels[-1][0] + 1), dtype)
         self.margins: Array = np.zeros((2, levels[-1][0] + 1))
+        self.chosen: Array = np.zeros(levels[-1][0] + 1, np.bool_)
 
     def bound(self, position: Array, begin: int, stride: int, *, extend: bool = False) -> None:
         """Bound the cells by positions, m, a flat array, or `extend` their bounds by these."""
@@ -78,10 +81,11 @@ class Blocks:
         _bound_blocks(self.levels, self.bounds)
 
     def near_cells(
-        self, reach: float, far: float, flat: float, margins: Array, changes: Array, out: Array
-    ) -> int:
+        self, reach: float, far: float, flat: float, margins: Array, changes: Array, out: Array,
+        chosen: Array,
+    ) -> int:  # fmt: skip
         """
-        List the pairs of cells that may come into reach.
+        List the pairs of cells, at least one of them chosen, that may come into reach.
 
         Parameters
         ----------
@@ -97,6 +101,8 @@ class Blocks:
             stays complete: shape (cells,).
         out
             Receives the cells of each pair, shape (n, 2); pairs beyond its length are counted.
+        chosen
+            True for chosen cells: bool, shape (cells,).
 
         Returns
         -------
@@ -105,7 +111,10 @@ class Blocks:
 
         """
         self.margins[0, : len(margins)], self.margins[1, : len(changes)] = margins, changes
-        count: int = _near_cells(self.levels, self.bounds, self.margins, reach, far, flat, out)
+        self.chosen[: len(chosen)] = chosen
+        count: int = _near_cells(
+            self.levels, self.bounds, self.margins, self.chosen, reach, far, flat, out
+        )
         return count
 
 
@@ -230,8 +239,8 @@ def _bound_edges_of_blocks(bounds, first, across, top, bottom, left, right, box)
 
 
 @exact_inlined
-def _combine_margins(levels, margins):  # type: ignore[no-untyped-def]
-    """Write the greatest margins of the cells of larger blocks."""
+def _combine_margins(levels, margins, chosen):  # type: ignore[no-untyped-def]
+    """Write the greatest margins of the cells of larger blocks, and whether one is chosen."""
     for level in range(1, len(levels)):
         start, down, across = levels[level, 0], levels[level, 1], levels[level, 2]
         former, rows, columns = levels[level - 1, 0], levels[level - 1, 1], levels[level - 1, 2]
@@ -240,6 +249,10 @@ def _combine_margins(levels, margins):  # type: ignore[no-untyped-def]
             below = former + min(2 * row + 1, rows - 1) * columns
             for c in range(across):
                 left, right = 2 * c, min(2 * c + 1, columns - 1)
+                chosen[start + row * across + c] = (
+                    chosen[above + left] or chosen[above + right]
+                    or chosen[below + left] or chosen[below + right]
+                )  # fmt: skip
                 for n in range(2):
                     margins[n, start + row * across + c] = max(
                         margins[n, above + left], margins[n, above + right],
@@ -258,8 +271,8 @@ def _greatest_change(margins, first, across, top, bottom, left, right):  # type:
 
 
 @exact
-def _near_cells(levels, bounds, margins, reach, far, flat, out):  # type: ignore[no-untyped-def]
-    _combine_margins(levels, margins)
+def _near_cells(levels, bounds, margins, chosen, reach, far, flat, out):  # type: ignore[no-untyped-def]
+    _combine_margins(levels, margins, chosen)
     box = np.empty(EDGES)
     # Level, row and column of one block, and of the other.
     stack = np.empty((_STACK, 5), np.int64)
@@ -272,11 +285,13 @@ def _near_cells(levels, bounds, margins, reach, far, flat, out):  # type: ignore
             stack[height, 4],
         )  # fmt: skip
         first, across = levels[level, 0], levels[level, 2]
+        m, n = np.uint64(first + a * across + b), np.uint64(first + c * across + d)
+        if not (chosen[m] or chosen[n]):
+            continue
         apart = max(abs(c - a), abs(d - b))
         top, bottom, left, right = min(a, c), max(a, c), min(b, d), max(b, d)
         change = -1.0  # not known yet
         if apart > 1:
-            m, n = first + a * across + b, first + c * across + d
             gap = _gap_squared(bounds, m, n)
             allowed = reach + margins[0, m] + margins[0, n]
             if gap > allowed * allowed:
@@ -301,8 +316,8 @@ def _near_cells(levels, bounds, margins, reach, far, flat, out):  # type: ignore
             continue
         rows, columns = levels[level - 1, 1], levels[level - 1, 2]
         same = a == c and b == d
-        for n in range(15, -1, -1):  # the first pair is the last that is put on the stack
-            i, j = n // 4, n % 4
+        for pair in range(15, -1, -1):  # the first pair is the last that is put on the stack
+            i, j = pair // 4, pair % 4
             p, q, r, s = 2 * a + i // 2, 2 * b + i % 2, 2 * c + j // 2, 2 * d + j % 2
             exists = p < rows and q < columns and r < rows and s < columns
             if exists and not (same and j < i):

@@ -116,8 +116,10 @@ def check_free_of_intersections(name: str, positions: Array, thickness: float) -
     blocks.finish()
     cells: Array = np.empty((0, 2), np.int64)
     still: Array = np.zeros(rows * columns)
-    cells = np.empty((blocks.near_cells(least, least, least, still, still, cells), 2), np.int64)
-    blocks.near_cells(least, least, least, still, still, cells)
+    wanted = (least, least, least, still, still)
+    every: Array = np.ones(rows * columns, np.bool_)
+    cells = np.empty((blocks.near_cells(*wanted, cells, every), 2), np.int64)
+    blocks.near_cells(*wanted, cells, every)
     a, b = _first(np.ascontiguousarray(flat.T), rows, columns, cells, least)
     if a >= 0:
         first, second = divmod(a, columns), divmod(b, columns)

@@ -1,4 +1,8 @@
-"""How far the particles of a sheet have moved, apart from a motion that all have in common."""
+"""
+How far particles have moved since they were at positions of reference, and how edges have changed.
+
+Motion that all particles have in common does not count.
+"""
 
 from __future__ import annotations
 
@@ -32,13 +36,13 @@ def _row_motion(first, last, begin, count, x, y, z, motions, out):  # type: igno
 
 
 @inlined
-def _row_change(first, last, begin, count, step, changes, out):  # type: ignore[no-untyped-def]
+def _row_change(edges, last, begin, count, step, changes, out):  # type: ignore[no-untyped-def]
     """Note the change of the vectors from the particles of a row to those a step away."""
     for c in range(np.uint64(count)):
         i, j = begin + c, begin + step + c
-        u = (last[0, j] - first[0, j]) - (last[0, i] - first[0, i])
-        v = (last[1, j] - first[1, j]) - (last[1, i] - first[1, i])
-        w = (last[2, j] - first[2, j]) - (last[2, i] - first[2, i])
+        u = last[0, j] - last[0, i] - edges[0, i]
+        v = last[1, j] - last[1, i] - edges[1, i]
+        w = last[2, j] - last[2, i] - edges[2, i]
         changes[out + c] = np.sqrt(u * u + v * v + w * w) * changes.dtype.type(_ROUNDING)
 
 
@@ -66,8 +70,9 @@ def _row_of_edges(along, across, above, below, out, last):  # type: ignore[no-un
 
 @kernel
 def _measure(  # type: ignore[no-untyped-def]
-    first, last, edges, begin, stride, rows, columns, scratch, mean, motions, changes
-):
+    first, edges_along, edges_across, last, edges, begin, stride, rows, columns, scratch, mean,
+    motions, changes,
+):  # fmt: skip
     mean[:] = 0.0
     for row in range(rows):
         _add_row(mean, first, last, np.uint64(begin + row * stride), columns)
@@ -80,9 +85,9 @@ def _measure(  # type: ignore[no-untyped-def]
         start, out = np.uint64(begin + row * stride), np.uint64(row * columns)
         _row_motion(first, last, start, columns, x, y, z, moved, out)
         if edges:
-            _row_change(first, last, start, columns - 1, np.uint64(1), along, out)
+            _row_change(edges_along, last, start, columns - 1, np.uint64(1), along, out)
             if row + 1 < rows:
-                _row_change(first, last, start, columns, np.uint64(stride), across, out)
+                _row_change(edges_across, last, start, columns, np.uint64(stride), across, out)
     end = np.uint64(columns - 1)
     for row in range(rows):
         above = np.uint64(row * columns)
@@ -99,6 +104,35 @@ def _measure(  # type: ignore[no-untyped-def]
     return farthest + (farthest + mean[0] + mean[1] + mean[2]) * 0.0
 
 
+@inlined
+def _every(marks, above, below, left, right, columns):  # type: ignore[no-untyped-def]
+    """Return whether all cells of a rectangle are marked."""
+    for row in range(above, below + 1):
+        for column in range(left, right + 1):
+            if not marks[row * columns + column]:
+                return False
+    return True
+
+
+@kernel
+def _refer(  # type: ignore[no-untyped-def]
+    position, mean, renewed, begin, stride, rows, columns, first, along, across
+):
+    for row in range(rows):
+        above = max(row - 1, 0)
+        for column in range(columns):
+            left = max(column - 1, 0)
+            i = np.uint64(begin + row * stride + column)
+            for axis in range(3):
+                x = position[axis, i]
+                if _every(renewed, above, row, left, column, columns):
+                    first[axis, i] = x - first.dtype.type(mean[axis])
+                if column + 1 < columns and _every(renewed, above, row, column, column, columns):
+                    along[axis, i] = position[axis, i + np.uint64(1)] - x
+                if row + 1 < rows and _every(renewed, row, row, left, column, columns):
+                    across[axis, i] = position[axis, i + np.uint64(stride)] - x
+
+
 def measure(
     first: Array,
     last: Array,
@@ -106,6 +140,7 @@ def measure(
     scratch: Array,
     mean: Array,
     motions: Array,
+    edges: tuple[Array, Array] | None = None,
     changes: Array | None = None,
 ) -> float:
     """
@@ -121,13 +156,49 @@ def measure(
         Zeros at first: shape (3, rows * columns), in the precision of the positions.
     mean
         Receives the mean displacement, m, shape (3,), beyond which motion counts.
-    motions, changes
-        Receive, of each cell, how far its particles have moved, and how much its sides have
-        changed, m, shape (rows * columns,).  Each particle begins a cell; those of the last row
-        and column are lines.  Without `changes`, sides are not looked at.
+    motions
+        Receives, of each cell, how far its particles have moved, m, shape (rows * columns,).
+        Each particle begins a cell; those of the last row and column are lines.
+    edges
+        The vectors from particles to the next ones in their row, and in their column, that count
+        as unchanged, m, flat arrays.  Without them, sides of cells are not looked at.
+    changes
+        Receives how much the sides of each cell have changed, m, shape (rows * columns,).
 
     """
-    edges = changes is not None
+    along, across = edges or (first, first)
     wanted = motions if changes is None else changes
-    moved: float = _measure(first, last, edges, *layout, scratch, mean, motions, wanted)
+    moved: float = _measure(
+        first, along, across, last, edges is not None, *layout, scratch, mean, motions, wanted
+    )
     return moved if moved < math.inf else math.nan
+
+
+def refer(
+    position: Array,
+    mean: Array,
+    cells: Array,
+    layout: tuple[int, ...],
+    first: Array,
+    edges: tuple[Array, Array],
+) -> None:
+    """
+    Let the motion of some cells be measured from these positions, as far as they are theirs alone.
+
+    Particles and sides of other cells are still measured from where they were.
+
+    Parameters
+    ----------
+    position
+        m, a flat array.
+    mean
+        Of the motion until there, m, shape (3,), from `measure`.
+    cells
+        True for the cells: bool, shape (rows * columns,).
+    layout
+        As for `measure`.
+    first, edges
+        Receive what `measure` takes.
+
+    """
+    _refer(position, mean, cells, *layout, first, *edges)

@@ -1,190 +1,282 @@
 """
-Pairs of features of the sheet that are near each other, in a list with a margin.
+Pairs of features of the sheet that are near each other, in groups that can be replaced.
 
-Pairs of cells that may touch are searched feature by feature: the order of the pairs is that of
-their cells and features, whatever the positions are.
+Groups are in the order of their cells along a curve, and pairs in that of their features, whatever
+the positions are: results that depend on the order do not depend on when a group was found.  The
+curve is that of Morton, 1966; contacts that are treated row by row come to rest more slowly.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
+from ..grid import Array
 from ..kernels.jit import exact, exact_inlined
-from .closest_features import closest
+
+_LEAST_ROOM = 1024
+# Share of the length of the arrays of pairs that is added when they are too short.
+_GROWTH = 1.5
+# Rows from which on those of pairs that were replaced are freed, by the number of all others.
+_MOST_ROOM = 3
+
+_NO_GROUPS: Array = np.empty((0, 4), np.int64)
+_NO_DISTANCES: Array = np.empty(0)
+
+# Parts of a list that threads work at one by one.
+CHUNKS = 16
+# Rows for the pairs of each pair of cells, at first, and for each chunk in addition.
+_EXPECTED, _SPARE = 3, 64
+
+# Searches for pairs of vertices and triangles (False) or of edges (True): the last arguments of
+# `pair_search.find_pairs`.
+Search = Callable[..., None]
+
+
+@exact_inlined
+def chunk_range(count, chunk):  # type: ignore[no-untyped-def]
+    """Return the first of the elements of a chunk, and the one after its last one."""
+    return count * chunk // CHUNKS, count * (chunk + 1) // CHUNKS
 
 
 @exact
-def bound_features(before, after, rows, columns, cells, bounded, boxes):  # type: ignore[no-untyped-def]
-    """
-    Write the bounds of the features of some cells on a linear path.
-
-    Parameters
-    ----------
-    before, after
-        Positions at the start and the end of a linear path, m, shape (rows * columns, 3), double
-        precision.
-    rows, columns
-        Of the sheet.  Each particle begins a cell; those of the last row and column are lines.
-    cells
-        Pairs of cells, shape (n, 2).
-    bounded
-        Scratch: bool, shape (rows * columns,).
-    boxes
-        Receives least and greatest coordinates, m, of the vertex, the three edges and the two
-        triangles of each cell: shape (6, rows * columns, 6).  Those that there are not are at
-        infinity.
-
-    """
-    bounded[:] = False
-    for p in range(2 * len(cells)):
-        cell = cells[p // 2, p % 2]
-        if bounded[cell]:
-            continue
-        bounded[cell] = True
-        for n in range(6):
-            if n < 3:
-                i, j = _edge(cell, n, rows, columns)
-                k, missing = i, i == j
-                box = 1 + n
-            elif n < 5:
-                i, j, k, missing = _triangle(cell, n - 3, rows, columns)
-                box = n + 1
-            else:
-                i, j, k, missing, box = cell, cell, cell, False, 0
-            for axis in range(3):
-                low = min(before[i, axis], before[j, axis], before[k, axis])
-                high = max(before[i, axis], before[j, axis], before[k, axis])
-                boxes[box, cell, axis] = min(low, after[i, axis], after[j, axis], after[k, axis])
-                boxes[box, cell, 3 + axis] = max(
-                    high, after[i, axis], after[j, axis], after[k, axis]
-                )
-                if missing:
-                    boxes[box, cell, axis] = boxes[box, cell, 3 + axis] = np.inf
-
-
-@exact_inlined
-def _edge(cell, n, rows, columns):  # type: ignore[no-untyped-def]
-    """Return the ends of edge n of a cell, the same particle twice if there is none."""
-    beside = 1 if cell % columns + 1 < columns else 0
-    below = columns if cell // columns + 1 < rows else 0
-    if n == 0:
-        return cell, cell + beside
-    if n == 1:
-        return cell, cell + below
-    if beside and below:
-        return cell + beside, cell + below
-    return cell, cell
-
-
-@exact_inlined
-def _triangle(cell, n, rows, columns):  # type: ignore[no-untyped-def]
-    """Return the corners of triangle n of a cell, and True if there is none."""
-    if cell // columns + 1 >= rows or cell % columns + 1 >= columns:
-        return cell, cell, cell, True
-    return cell + n * (columns + 1), cell + 1, cell + columns, False
-
-
-@exact_inlined
-def _apart(boxes, m, a, n, b, reach):  # type: ignore[no-untyped-def]
-    """Return whether the bounds of two features are out of reach."""
-    for axis in range(3):
-        if (
-            boxes[m, a, axis] - boxes[n, b, 3 + axis] > reach
-            or boxes[n, b, axis] - boxes[m, a, 3 + axis] > reach
-        ):
-            return True
-    return False
-
-
-@exact_inlined
-def _append(out, normals, distances, count, x, edges, i, j, k, h, reach):  # type: ignore[no-untyped-def]
-    """Append a pair unless it is out of reach; return the number of pairs."""
-    d, nx, ny, nz, _, _, _, _ = closest(x, edges, i, j, k, h)
-    if d > reach:
-        return count
-    if count < len(out):
-        out[count, 0], out[count, 1], out[count, 2], out[count, 3] = i, j, k, h
-        normals[count, 0], normals[count, 1], normals[count, 2] = nx, ny, nz
-        distances[count] = d
-    return count + 1
-
-
-@exact_inlined
-def _vertices_and_triangles(  # type: ignore[no-untyped-def]
-    after, boxes, a, b, rows, columns, reach, exact_reach, out, normals, distances, count
-):
-    """Append the pairs of the vertex of a cell and the triangles of another."""
-    for n in range(2):
-        if _apart(boxes, 0, a, 4 + n, b, reach):
-            continue
-        j, k, h, _ = _triangle(b, n, rows, columns)
-        if a != j and a != k and a != h:
-            count = _append(out, normals, distances, count, after, False, a, j, k, h, exact_reach)
-    return count
-
-
-@exact
-def find_pairs(  # type: ignore[no-untyped-def]
-    after, rows, columns, boxes, cells, reach, margins, paths, edges, out, normals, distances,
-    groups,
-):  # fmt: skip
-    """
-    List the pairs of vertices and triangles, or of edges, that may come into reach.
-
-    Parameters
-    ----------
-    after, rows, columns
-        As in `bound_features`.
-    boxes
-        From there.
-    cells
-        Pairs of cells, shape (n, 2).
-    reach
-        m.
-    margins
-        How far the particles of each cell may move, m, shape (rows * columns,).
-    paths
-        How far they have moved on the path, m, shape (rows * columns,), if the list is to be
-        complete all along it, and the boxes are those of the path; else 0.
-    edges
-        True for pairs of edges, False for pairs of a vertex and a triangle.
-    out, normals, distances
-        Receive the particles of each pair, shape (n, 4), a unit vector, shape (n, 3), and the
-        distance, m, shape (n,).  Pairs beyond their length are counted only.
-    groups
-        Receives the first pair of each pair of cells: shape (n,).
-
-    Returns
-    -------
-    int
-        Number of pairs.
-
-    """
+def _gather(groups, pairs, normals, distances, out_pairs, out_normals, out_distances):  # type: ignore[no-untyped-def]
+    """Copy the pairs of all groups to other arrays, one group after the other."""
     count = 0
-    for p in range(len(cells)):
-        a, b = cells[p, 0], cells[p, 1]
-        groups[p] = count
-        near = reach + margins[a] + margins[b]
-        exact_reach = near + paths[a] + paths[b]
-        if not edges:
-            count = _vertices_and_triangles(
-                after, boxes, a, b, rows, columns, near, exact_reach, out, normals, distances,
-                count,
-            )  # fmt: skip
-            if a != b:
-                count = _vertices_and_triangles(
-                    after, boxes, b, a, rows, columns, near, exact_reach, out, normals, distances,
-                    count,
-                )  # fmt: skip
-        elif a != b:
-            for m in range(3):
-                i, j = _edge(a, m, rows, columns)
-                for n in range(3):
-                    if _apart(boxes, 1 + m, a, 1 + n, b, near):
-                        continue
-                    k, h = _edge(b, n, rows, columns)
-                    if i != k and i != h and j != k and j != h:
-                        count = _append(
-                            out, normals, distances, count, after, True, i, j, k, h, exact_reach
-                        )
+    for g in range(len(groups)):
+        first = count
+        for p in range(groups[g, 0], groups[g, 1]):
+            for n in range(4):
+                out_pairs[count, n] = pairs[p, n]
+            for n in range(3):
+                out_normals[count, n] = normals[p, n]
+            out_distances[count] = distances[p]
+            count += 1
+        groups[g, 0], groups[g, 1] = first, count
     return count
+
+
+@exact_inlined
+def _key(first, second):  # type: ignore[no-untyped-def]
+    """Return the place of a group in the order, by the ranks of both cells."""
+    return (first << 31) + second
+
+
+@exact_inlined
+def _copy_group(groups, nearest, g, out, out_nearest, count):  # type: ignore[no-untyped-def]
+    # Number by number: to copy a row takes ten times as long.
+    h = np.uint64(count)
+    out[h, 0], out[h, 1] = groups[g, 0], groups[g, 1]
+    out[h, 2], out[h, 3] = groups[g, 2], groups[g, 3]
+    out_nearest[h] = nearest[g]
+
+
+@exact
+def _merge(  # type: ignore[no-untyped-def]
+    groups, nearest, begin, end, cells, new, new_nearest, keys, ranks, out, out_nearest, count,
+    added,
+):  # fmt: skip
+    """Copy groups, without those of some cells, and new ones in the order of their cells."""
+    h, number, most = 0, len(new), np.iinfo(np.int64).max
+    key = keys[0] if number else most
+    for group in range(begin, end):
+        g = np.uint64(group)
+        a, b = np.uint64(groups[g, 2]), np.uint64(groups[g, 3])
+        if cells[a] or cells[b]:
+            continue
+        while key < _key(ranks[a], ranks[b]):
+            _copy_group(new, new_nearest, np.uint64(h), out, out_nearest, count)
+            added[h] = count
+            h += 1
+            count += 1
+            key = keys[h] if h < number else most
+        _copy_group(groups, nearest, g, out, out_nearest, count)
+        count += 1
+    while h < number:
+        _copy_group(new, new_nearest, np.uint64(h), out, out_nearest, count)
+        added[h] = count
+        h += 1
+        count += 1
+    return count
+
+
+@exact
+def _mark(groups, cells):  # type: ignore[no-untyped-def]
+    """Mark the cells of groups."""
+    cells[:] = False
+    for g in range(len(groups)):
+        cells[groups[g, 2]] = cells[groups[g, 3]] = True
+
+
+@exact
+def _add_offsets(groups, nearest, added, offsets, distances):  # type: ignore[no-untyped-def]
+    for g in added:
+        offset = offsets[groups[g, 2]] + offsets[groups[g, 3]]
+        nearest[g] += offset
+        for p in range(groups[g, 0], groups[g, 1]):
+            distances[p] += offset
+
+
+class PairList:
+    """
+    Pairs of features, in groups of those of two cells.
+
+    Parameters
+    ----------
+    rows, columns
+        Of the sheet.  Each particle begins a cell.
+
+    Attributes
+    ----------
+    pairs, normals, distances
+        Particles, shape (n, 4), a unit vector, shape (n, 3), and a distance, m, shape (n,).
+    groups, nearest
+        First pair, the row after the last one, and both cells of each group, int64, shape (k, 4);
+        and the least of its distances, m, shape (k,).
+    vertices
+        Number of groups, at the beginning, with pairs of a vertex and a triangle.
+    added
+        Groups that were found last.
+    cells
+        True for the cells of groups: bool, shape (rows * columns,).
+    used
+        Particles at the corners of these cells, ascending.
+
+    """
+
+    def __init__(self, rows: int, columns: int) -> None:
+        self._size = (rows, columns)
+        self._ranks = _ranks(rows, columns)
+        self._rooms, self._spare = (_NO_GROUPS, _NO_DISTANCES), (_NO_GROUPS, _NO_DISTANCES)
+        self.clear()
+
+    def clear(self) -> None:
+        """Remove all pairs."""
+        self.pairs, self.normals, self.distances = _room(_LEAST_ROOM)
+        self._end = self.vertices = 0
+        self.groups, self.nearest = _NO_GROUPS, _NO_DISTANCES
+        self.added: Array = np.zeros(0, np.int64)
+        self.used: Array = self.added
+        self.cells: Array = np.zeros(self._size[0] * self._size[1], np.bool_)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there are no pairs."""
+        return len(self.groups) == 0
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array, Array, int]:
+        """Pairs, normals, distances, groups, nearest, vertices."""
+        return (
+            self.pairs, self.normals, self.distances, self.groups, self.nearest, self.vertices,
+        )  # fmt: skip
+
+    def replace(self, cells: Array, most: int, search: Search) -> None:
+        """
+        Replace the groups with one of some cells.
+
+        Parameters
+        ----------
+        cells
+            True for these cells: bool, shape (rows * columns,).
+        most
+            Largest number of new groups of each kind.
+        search
+            Finds the new ones.
+
+        """
+        if cells.all():
+            self.groups, self.nearest, self.vertices, self._end = _NO_GROUPS, _NO_DISTANCES, 0, 0
+        pairs = int((self.groups[:, 1] - self.groups[:, 0]).sum())
+        if self._end > _MOST_ROOM * (pairs + _LEAST_ROOM):
+            self._gather()
+        found = [self._search(edges, most, search) for edges in (False, True)]
+        size = len(self.groups) + sum(len(new) for new, _ in found)
+        if size > len(self._spare[1]):
+            self._spare = (np.empty((2 * size, 4), np.int64), np.empty(2 * size))
+        out, least = self._spare
+        self._spare = self._rooms
+        self._rooms = (out, least)
+        added, count, vertices = [], 0, 0
+        bounds = ((0, self.vertices), (self.vertices, len(self.groups)))
+        for (begin, end), (new, distances) in zip(bounds, found, strict=True):
+            keys = (self._ranks[new[:, 2]] << 31) + self._ranks[new[:, 3]]
+            order = np.argsort(keys)
+            added.append(np.empty(len(new), np.int64))
+            vertices = count
+            count = _merge(
+                self.groups, self.nearest, begin, end, cells, new[order], distances[order],
+                keys[order], self._ranks, out, least, count, added[-1],
+            )  # fmt: skip
+        self.groups, self.nearest, self.vertices = out[:count], least[:count], vertices
+        self.added = np.concatenate(added)
+        _mark(self.groups, self.cells)
+        self.used = self._corners()
+
+    def _search(self, edges: bool, most: int, search: Search) -> tuple[Array, Array]:
+        """Return the groups and least distances of new pairs, which are appended."""
+        if most == 0:
+            return _NO_GROUPS, _NO_DISTANCES
+        groups, nearest = np.empty((most, 4), np.int64), np.empty(most)
+        counts: Array = np.empty((2, CHUNKS), np.int64)
+        room = _EXPECTED * most // CHUNKS + _SPARE
+        while True:
+            end = self._end + CHUNKS * room
+            if end > len(self.pairs):
+                self._make_room(end)
+            search(edges, self._end, room, *self.arrays[:3], groups, nearest, counts)
+            if counts[0].max() <= room:
+                break
+            room = int(_GROWTH * counts[0].max())
+        self._end = end
+        parts = [
+            slice(first, first + count)
+            for first, count in zip(most * np.arange(CHUNKS) // CHUNKS, counts[1], strict=True)
+        ]
+        return (
+            np.concatenate([groups[part] for part in parts]),
+            np.concatenate([nearest[part] for part in parts]),
+        )
+
+    def _corners(self) -> Array:
+        """Return the particles at the corners of cells with a pair."""
+        used = self.cells.reshape(self._size).copy()
+        used[1:] |= used[:-1].copy()
+        used[:, 1:] |= used[:, :-1].copy()
+        return np.flatnonzero(used)
+
+    def _make_room(self, count: int) -> None:
+        """Make room for so many pairs."""
+        before, end = self.arrays[:3], self._end
+        self.pairs, self.normals, self.distances = _room(int(_GROWTH * count))
+        for old, new in zip(before, self.arrays[:3], strict=True):
+            new[:end] = old[:end]
+
+    def _gather(self) -> None:
+        """Free the rows of pairs whose group was replaced."""
+        before = self.arrays[:3]
+        self.pairs, self.normals, self.distances = _room(len(self.pairs))
+        self._end = _gather(self.groups, *before, *self.arrays[:3])
+
+    def offset(self, offsets: Array) -> None:
+        """Add numbers of both cells, m, shape (rows * columns,), to the distances last found."""
+        _add_offsets(self.groups, self.nearest, self.added, offsets, self.distances)
+
+    def warm_up(self) -> None:
+        """Compile the kernels."""
+        self._gather()
+        self.offset(np.zeros(self._size[0] * self._size[1]))
+
+
+def _ranks(rows: int, columns: int) -> Array:
+    """Return the place of each cell on a curve through all of them, shape (rows * columns,)."""
+    row, column = np.divmod(np.arange(rows * columns), columns)
+    ranks = np.zeros_like(row)
+    for bit in range(max(rows, columns).bit_length()):
+        ranks |= ((row >> bit & 1) << 2 * bit + 1) | ((column >> bit & 1) << 2 * bit)
+    return ranks
+
+
+def _room(count: int) -> tuple[Array, Array, Array]:
+    return np.empty((count, 4), np.uint32), np.empty((count, 3), np.float32), np.empty(count)

@@ -21,11 +21,15 @@ import numpy as np
 from ...scene import Scene
 from ..contact.surface import Surface
 from ..grid import Array, Grid
+from ..kernels.thread_pool import shared_thread_pool
 from ..state import State
-from .contact_search import BLOCKED, FACES, LAST, find_blocked, find_contacts
+from .contact_rows import FACES, LAST, write_contacts
+from .contact_search import FOUND, find_contacts
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
+from .pair_list import CHUNKS
 from .particle_arrays import load_start, load_vectors, store_positions
+from .path_search import find_blocked
 from .response import push_back, shorten
 from .sheet_contacts import ROW, SheetContacts
 from .supports import UNSUPPORTED, find_supports
@@ -34,12 +38,12 @@ from .thread_groups import divide
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
 _HALVINGS, _ATTEMPTS = 6, 24
-_LEAST_ROOM = 256
+_LEAST_ROOM = 16
 # Share of a list's length that is added when it is too short.
 _GROWTH = 1.3
 # Motion, in thicknesses, after which distances are bounded by later positions.
 _STALE = 0.05
-# Particles from which on contacts are divided into groups for two threads.
+# Particles from which on contacts are divided into groups for two threads, and others find them.
 _MIN_DIVIDED = 4096
 # Gap, in thicknesses, up to which a collider supports a particle.
 _TOUCH = 0.1
@@ -75,26 +79,28 @@ class SelfContact:
 
     def __init__(self, scene: Scene, grid: Grid, dtype: type) -> None:
         sheet, parameters = scene.sheet, scene.self_contact
+        self._dtype = dtype
         self._thickness, friction = parameters.thickness, parameters.friction
         self._layout = (grid.begin, grid.stride, grid.columns)
         # Longest motion in a part that is resolved, and in which contact is foreseen, m.
         self._farthest, self._foreseen = sheet.diagonal, 0.5 * sheet.shortest_spacing
         number = grid.rows * grid.columns
+        self._divided = number >= _MIN_DIVIDED
+        self._threads = shared_thread_pool(scene.solver.threads if self._divided else 1)
         self._neighbours = Neighbours(
-            grid, dtype, self._thickness, sheet.shortest_spacing, self._foreseen
+            grid, dtype, self._thickness, sheet.shortest_spacing, self._foreseen, self._threads
         )
         self._start = grid.field(dtype)  # positions at the start of a part
         self._before, self._now, self._ahead = np.zeros((3, number, 3))
         self._inverse_masses = np.zeros(number)
         self._shifted = np.zeros(number, np.bool_)
         self._faces, self._last = np.zeros((number, FACES)), np.zeros((number, LAST))
-        self._motions, self._numbers = np.zeros(number), np.zeros(0, np.int64)
-        self._divided = number >= _MIN_DIVIDED
+        self._motions = np.zeros(number)
         # Distances are bounded by how far the particles of each cell have moved from positions of
         # reference, now and at the start of a part, and by how far these had moved before, m.
         self._reference = grid.field(dtype)
         self._moved: Array = np.zeros(number, dtype)
-        self._former, self._passed = self._moved.copy(), self._moved.copy()
+        self._former, self._passed = self._moved.copy(), np.zeros(number)
         supports = grid.field(dtype, components=4)
         supports[3] = UNSUPPORTED
         none: Array = np.zeros(0, np.int64)
@@ -102,10 +108,10 @@ class SelfContact:
             np.zeros((0, 4), np.int64), np.zeros((0, ROW), dtype), np.zeros(4, np.int64), supports,
             none, grid.field(dtype), friction,
         )  # fmt: skip
-        self._sorted = (self._none.particles, self._none.rows)
         self.in_kernel = self._room = self._none
-        self._blocked_particles: Array = np.zeros((_LEAST_ROOM, 4), np.int64)
-        self._blocked: Array = np.zeros((_LEAST_ROOM, BLOCKED))
+        self._make_room(2 * CHUNKS * _LEAST_ROOM)
+        self._blocked_particles: Array = np.zeros((CHUNKS, 4), np.int64)
+        self._blocked: Array = np.zeros((CHUNKS, FOUND))
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
         self._origin: Array | None = None
         self.division, self._free = 1, 0
@@ -150,12 +156,13 @@ class SelfContact:
         if self._origin is not state.origin:
             self._origin = state.origin
             near.invalidate()
-        new = near.prepare(state.position, state.velocity, seconds)
-        if new:
-            self._refer_to(state.position)
+        if near.prepare(state.position, state.velocity, seconds):
+            if near.whole:
+                self._refer_to(state.position)
+            near.list.offset(self._passed - self._moved)
         self.in_kernel = self._none
         self.contacts, self.distance = 0, math.inf
-        if len(near.pairs) == 0:
+        if near.list.empty:
             return
         self._load_start(state, seconds, state.position)
         self._find_supports(state, surfaces)
@@ -165,12 +172,12 @@ class SelfContact:
     def _load_start(self, state: State, seconds: float, position: Array) -> None:
         load_start(
             position, state.velocity, state.contact_mobility, seconds, self._neighbours.mean,
-            *self._layout, self._neighbours.used, self._before, self._ahead, self._motions,
+            *self._layout, self._neighbours.list.used, self._before, self._ahead, self._motions,
             self._inverse_masses,
         )  # fmt: skip
 
     def _refer_to(self, position: Array) -> None:
-        """Bound the distances of a new list, which was made at these positions."""
+        """Bound the distances of a new list by motion from these positions, where it was made."""
         self._reference[...] = position
         self._moved[:] = self._passed[:] = 0.0
 
@@ -180,7 +187,7 @@ class SelfContact:
         supports[3, former] = UNSUPPORTED
         for each in surfaces:
             find_supports(
-                state.position, self._neighbours.used, each.rho, *self._layout, each.kind,
+                state.position, self._neighbours.list.used, each.rho, *self._layout, each.kind,
                 each.row, each.fields, _TOUCH * self._thickness, supports,
             )  # fmt: skip
         supported = np.flatnonzero(supports[3] > UNSUPPORTED) if surfaces else self._none.supported
@@ -188,28 +195,35 @@ class SelfContact:
 
     def _find_contacts(self, state: State) -> None:
         near, passed, moved = self._neighbours, self._passed, self._moved
+        counts, least = np.empty(2 * CHUNKS, np.int64), np.empty(2 * CHUNKS)
         while True:
-            particles, rows = self._room.particles, self._room.rows
-            count, room, nearest = find_contacts(
-                self._before, self._ahead, self._motions, near.pairs, near.normals, near.distances,
-                near.groups, near.nearest, near.vertices, passed - moved, passed + moved,
-                near.ahead, self._thickness, self._foreseen, self._inverse_masses,
-                self._room.supports, *self._layout, self._faces, self._last, self._numbers,
-                particles, rows,
+            self._threads.run(
+                find_contacts, self._before, self._ahead, self._motions, *near.list.arrays,
+                passed - moved, passed + moved, near.ahead, self._thickness, self._foreseen,
+                self._layout[2], self._found, self._found_pairs, counts, least,
             )  # fmt: skip
-            if room <= len(rows):
+            if 2 * CHUNKS * counts.max() <= len(self._found):
                 break
-            size = int(_GROWTH * room) + _LEAST_ROOM
-            particles, rows = np.zeros((size, 4), np.int64), np.zeros((size, ROW), rows.dtype)
-            self._room = self._room._replace(particles=particles, rows=rows)
-            self._sorted = (particles.copy(), rows.copy())
-            self._numbers = np.zeros(size, np.int64)
+            self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
+        particles, rows = self._room.particles, self._room.rows
+        count = write_contacts(
+            self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
+            self._room.supports, *self._layout, self._faces, self._last, particles, rows,
+        )  # fmt: skip
         starts = np.array([0, count, count, count])
         if self._divided and count:
             divide(particles, rows, count, state.position, *self._sorted, starts)
             particles, rows = self._sorted
-        self.contacts, self.distance = count, nearest
+        self.contacts, self.distance = count, float(least.min())
         self.in_kernel = self._room._replace(particles=particles, rows=rows, starts=starts)
+
+    def _make_room(self, size: int) -> None:
+        """Make room for so many contacts."""
+        self._found, self._found_pairs = np.zeros((size, FOUND)), np.zeros(size, np.int64)
+        particles: Array = np.zeros((size, 4), np.int64)
+        rows: Array = np.zeros((size, ROW), self._dtype)
+        self._room = self._room._replace(particles=particles, rows=rows)
+        self._sorted = (particles.copy(), rows.copy())
 
     # End of a part
 
@@ -224,10 +238,10 @@ class SelfContact:
             self._origin = None
             return
         blocked = False
-        if len(near.pairs):
-            if new:  # with other particles
+        if not near.list.empty:
+            if new:  # pairs, of other particles
                 self._load_start(state, 0.0, self._start)
-            load_vectors(state.position, *self._layout, near.used, self._now)
+            load_vectors(state.position, *self._layout, near.list.used, self._now)
             self._former[:] = self._moved
             self._follow(state.position, new=new)
             blocked = self._accept_paths(state)
@@ -238,12 +252,15 @@ class SelfContact:
         self._adapt(blocked=blocked)
 
     def _follow(self, position: Array, *, new: bool) -> None:
-        """Find how far the end of a part is from the reference: that of a new list is there."""
-        if new:
+        """Find how far the end of a part is from the reference; pairs may be new there."""
+        near = self._neighbours
+        if new and near.whole:
             self._refer_to(position)
-            self._neighbours.motion(self._start, position, self._former)
+            near.motion(self._start, position, self._former)
         else:
-            self._neighbours.motion(self._reference, position, self._moved)
+            near.motion(self._reference, position, self._moved)
+        if new:
+            near.list.offset(self._passed - self._moved)
 
     def _accept_paths(self, state: State) -> bool:
         """Move back what has passed through the sheet; return whether a path was blocked."""
@@ -261,12 +278,12 @@ class SelfContact:
             else:
                 state.position[...] = self._start
                 self._now[...] = self._before
-                self._shifted[self._neighbours.used] = True
+                self._shifted[self._neighbours.list.used] = True
             store_positions(self._now, self._shifted, *self._layout, state.position)
             new = self._neighbours.follow(self._start, state.position, self._farthest)
             if new:
                 self._load_start(state, 0.0, self._start)
-                load_vectors(state.position, *self._layout, self._neighbours.used, self._now)
+                load_vectors(state.position, *self._layout, self._neighbours.list.used, self._now)
             self._follow(state.position, new=bool(new))
             count = self._find_blocked(again=not new)
             attempt += 1
@@ -278,16 +295,15 @@ class SelfContact:
         odometers = passed + np.maximum(moved, self._former)
         while True:
             count: int = find_blocked(
-                self._before, self._now, near.pairs, near.normals, near.distances, near.groups,
-                near.nearest, near.vertices, passed - moved, odometers, again, self._shifted,
-                self._thickness, self._blocked_particles, self._blocked,
+                self._before, self._now, *near.list.arrays, passed - moved, odometers, again,
+                self._shifted, self._thickness, self._blocked_particles, self._blocked,
             )  # fmt: skip
             if count <= len(self._blocked_particles):
                 return count
             size = int(_GROWTH * count)
             self._blocked_particles, self._blocked = (
                 np.zeros((size, 4), np.int64),
-                np.zeros((size, BLOCKED)),
+                np.zeros((size, FOUND)),
             )
 
     # Compilation

@@ -29,8 +29,9 @@ def divide(particles, rows, count, position, out_particles, out_rows, starts):  
     mean, widest, axis = np.zeros(3), 0.0, 0
     for direction in range(3):
         low, high, total = np.inf, -np.inf, 0.0
-        for c in range(count):
-            x = np.float64(position[direction, particles[c, 0]])
+        for contact in range(count):
+            i = np.uint64(particles[np.uint64(contact), 0])
+            x = np.float64(position[direction, i])
             low, high, total = min(low, x), max(high, x), total + x
         mean[direction] = total / count
         if high - low > widest:
@@ -38,15 +39,19 @@ def divide(particles, rows, count, position, out_particles, out_rows, starts):  
     starts[:] = 0
     place = np.zeros(3, np.int64)
     for write in range(2):
-        for c in range(count):
+        for contact in range(count):
+            c = np.uint64(contact)
             below = 0
             for n in range(4):
-                if position[axis, particles[c, n]] < mean[axis]:
+                if position[axis, np.uint64(particles[c, n])] < mean[axis]:
                     below += 1
             group = 0 if below == 4 else (1 if below == 0 else 2)
             if write:
-                out_particles[place[group]] = particles[c]
-                out_rows[place[group]] = rows[c]
+                to = np.uint64(place[group])
+                for n in range(4):
+                    out_particles[to, n] = particles[c, n]
+                for n in range(rows.shape[1]):
+                    out_rows[to, n] = rows[c, n]
                 place[group] += 1
             else:
                 starts[group + 1] += 1
