@@ -104,16 +104,6 @@ def _measure(  # type: ignore[no-untyped-def]
     return farthest + (farthest + mean[0] + mean[1] + mean[2]) * 0.0
 
 
-@inlined
-def _every(marks, above, below, left, right, columns):  # type: ignore[no-untyped-def]
-    """Return whether all cells of a rectangle are marked."""
-    for row in range(above, below + 1):
-        for column in range(left, right + 1):
-            if not marks[row * columns + column]:
-                return False
-    return True
-
-
 @kernel
 def _refer(  # type: ignore[no-untyped-def]
     position, mean, renewed, begin, stride, rows, columns, first, along, across
@@ -121,16 +111,20 @@ def _refer(  # type: ignore[no-untyped-def]
     for row in range(rows):
         above = max(row - 1, 0)
         for column in range(columns):
-            left = max(column - 1, 0)
-            i = np.uint64(begin + row * stride + column)
-            for axis in range(3):
-                x = position[axis, i]
-                if _every(renewed, above, row, left, column, columns):
-                    first[axis, i] = x - first.dtype.type(mean[axis])
-                if column + 1 < columns and _every(renewed, above, row, column, column, columns):
-                    along[axis, i] = position[axis, i + np.uint64(1)] - x
-                if row + 1 < rows and _every(renewed, row, row, left, column, columns):
-                    across[axis, i] = position[axis, i + np.uint64(stride)] - x
+            left, i = max(column - 1, 0), np.uint64(begin + row * stride + column)
+            if not renewed[np.uint64(row * columns + column)]:
+                continue
+            upper = renewed[np.uint64(above * columns + column)]
+            before = renewed[np.uint64(row * columns + left)]
+            if upper and before and renewed[np.uint64(above * columns + left)]:
+                for axis in range(3):
+                    first[axis, i] = position[axis, i] - first.dtype.type(mean[axis])
+            if upper and column + 1 < columns:
+                for axis in range(3):
+                    along[axis, i] = position[axis, i + np.uint64(1)] - position[axis, i]
+            if before and row + 1 < rows:
+                for axis in range(3):
+                    across[axis, i] = position[axis, i + np.uint64(stride)] - position[axis, i]
 
 
 def measure(

@@ -24,9 +24,9 @@ from .particle_arrays import load_vectors
 
 # Distance of features, in thicknesses, in parts of the sheet that count as flat.
 _FLAT = 1.02 * REACH
-# How far the particles of a cell may move at least, in thicknesses; and at most with pairs, in
-# thicknesses, and without, in spacings.
-_LEAST_MARGIN, _MOST_WITH_PAIRS, _MOST_MARGIN = 0.25, 0.6, 2.0
+# How far the particles of a cell with pairs may move at least and at most, in thicknesses; the
+# same in a sheet that lies in layers; and those of a cell without pairs at most, in spacings.
+_MARGINS, _MARGINS_IN_LAYERS, _MOST_MARGIN = (0.15, 0.35), (0.25, 0.6), 2.0
 # What edges of a cell may change at least and at most, as a share of what they can lose before a
 # flat sheet counts as one that is not flat; and in a sheet that lies in layers.
 _CHANGES, _CHANGES_IN_LAYERS = (0.04, 0.3), (0.3, 2.0)
@@ -87,11 +87,10 @@ class Neighbours:
         self._flat = max(_FLAT * thickness, 0.5 * NEAREST * self._far)
         self._spare, self._foreseen = self._reach - thickness, foreseen
         room = spacing - self._flat / NEAREST
-        self._least_margin = _LEAST_MARGIN * thickness
-        self._most_margins = (_MOST_MARGIN * spacing, _MOST_WITH_PAIRS * thickness)
-        self._changes = [
-            (least * room, most * room) for least, most in (_CHANGES, _CHANGES_IN_LAYERS)
-        ]
+        # Without layers, and with them.
+        self._limits = np.multiply((_MARGINS, _MARGINS_IN_LAYERS), thickness)
+        self._changes = np.multiply((_CHANGES, _CHANGES_IN_LAYERS), room)
+        self._most_margin = _MOST_MARGIN * spacing
         number = rows * columns
         self._blocks = Blocks(rows, columns, dtype)
         self._cells: Array = np.empty((_LEAST_ROOM, 2), np.int64)
@@ -243,15 +242,16 @@ class Neighbours:
         else:
             self._chosen[short] *= _WIDER
         margins, changes = self._chosen
-        most = np.where(self.list.cells, self._most_margins[1], self._most_margins[0])
-        np.clip(margins, self._least_margin, most, out=margins)
-        np.clip(changes, *self._changes[self._layered], out=changes)
+        least, most = self._limits[int(self._layered)]
+        most = np.where(self.list.cells, most, self._most_margin)
+        np.clip(margins, least, most, out=margins)
+        np.clip(changes, *self._changes[int(self._layered)], out=changes)
 
     def _set_margins(self, renewed: Array) -> None:
         """Let the list stay complete for the chosen margins from where pairs were found."""
         margins = self._chosen + self._moved
         margins[0] += _MORE * self._more(self._lately)
-        self._margins[:, renewed] = margins[:, renewed]
+        np.copyto(self._margins, margins, where=renewed)
 
     def _find_cells(self, cells: Array) -> int:
         """Return the number of pairs of cells with one of these."""

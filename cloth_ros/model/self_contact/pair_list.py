@@ -27,7 +27,7 @@ _NO_DISTANCES: Array = np.empty(0)
 # Parts of a list that threads work at one by one.
 CHUNKS = 16
 # Rows for the pairs of each pair of cells, at first, and for each chunk in addition.
-_EXPECTED, _SPARE = 3, 64
+_EXPECTED, _SPARE = 5, 64
 
 # Searches for pairs of vertices and triangles (False) or of edges (True): the last arguments of
 # `pair_search.find_pairs`.
@@ -148,7 +148,8 @@ class PairList:
     def __init__(self, rows: int, columns: int) -> None:
         self._size = (rows, columns)
         self._ranks = _ranks(rows, columns)
-        self._rooms, self._spare = (_NO_GROUPS, _NO_DISTANCES), (_NO_GROUPS, _NO_DISTANCES)
+        # Arrays of groups, of which one is written while the other is read.
+        self._present, self._spare = ((_NO_GROUPS, _NO_DISTANCES) for _ in range(2))
         self.clear()
 
     def clear(self) -> None:
@@ -195,9 +196,8 @@ class PairList:
         size = len(self.groups) + sum(len(new) for new, _ in found)
         if size > len(self._spare[1]):
             self._spare = (np.empty((2 * size, 4), np.int64), np.empty(2 * size))
-        out, least = self._spare
-        self._spare = self._rooms
-        self._rooms = (out, least)
+        self._present, self._spare = self._spare, self._present
+        out, least = self._present
         added, count, vertices = [], 0, 0
         bounds = ((0, self.vertices), (self.vertices, len(self.groups)))
         for (begin, end), (new, distances) in zip(bounds, found, strict=True):
