@@ -105,26 +105,19 @@ def _measure(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _refer(  # type: ignore[no-untyped-def]
-    position, mean, renewed, begin, stride, rows, columns, first, along, across
-):
+def _refer(position, mean, cells, begin, stride, rows, columns, first):  # type: ignore[no-untyped-def]
     for row in range(rows):
         above = max(row - 1, 0)
         for column in range(columns):
             left, i = max(column - 1, 0), np.uint64(begin + row * stride + column)
-            if not renewed[np.uint64(row * columns + column)]:
-                continue
-            upper = renewed[np.uint64(above * columns + column)]
-            before = renewed[np.uint64(row * columns + left)]
-            if upper and before and renewed[np.uint64(above * columns + left)]:
+            if (
+                cells[np.uint64(above * columns + left)]
+                and cells[np.uint64(above * columns + column)]
+                and cells[np.uint64(row * columns + left)]
+                and cells[np.uint64(row * columns + column)]
+            ):
                 for axis in range(3):
                     first[axis, i] = position[axis, i] - first.dtype.type(mean[axis])
-            if upper and column + 1 < columns:
-                for axis in range(3):
-                    along[axis, i] = position[axis, i + np.uint64(1)] - position[axis, i]
-            if before and row + 1 < rows:
-                for axis in range(3):
-                    across[axis, i] = position[axis, i + np.uint64(stride)] - position[axis, i]
 
 
 def measure(
@@ -169,17 +162,12 @@ def measure(
 
 
 def refer(
-    position: Array,
-    mean: Array,
-    cells: Array,
-    layout: tuple[int, ...],
-    first: Array,
-    edges: tuple[Array, Array],
+    position: Array, mean: Array, cells: Array, layout: tuple[int, ...], first: Array
 ) -> None:
     """
     Let the motion of some cells be measured from these positions, as far as they are theirs alone.
 
-    Particles and sides of other cells are still measured from where they were.
+    Particles of other cells are still measured from where they were.
 
     Parameters
     ----------
@@ -191,8 +179,16 @@ def refer(
         True for the cells: bool, shape (rows * columns,).
     layout
         As for `measure`.
-    first, edges
-        Receive what `measure` takes.
+    first
+        Receives what `measure` takes.
 
     """
-    _refer(position, mean, cells, *layout, first, *edges)
+    _refer(position, mean, cells, *layout, first)
+
+
+def write_edges(position: Array, layout: tuple[int, ...], edges: tuple[Array, Array]) -> None:
+    """Write the vectors to the next particles, m, as `measure` takes them, for flat arrays."""
+    begin, stride, rows, _ = layout
+    end = begin + rows * stride
+    for out, step in zip(edges, (1, stride), strict=True):
+        out[:, begin:end] = position[:, begin + step : end + step] - position[:, begin:end]

@@ -2,8 +2,9 @@
 Keep a list of the pairs of features that are near each other; renew it where it may miss one.
 
 The list is complete while the particles of each cell move no farther than a margin, and its sides
-change no more than another one.  Where one is exceeded, the pairs of these cells and those around
-them are found anew, and their motion counts from there on.
+change no more than another one.  Where cells have moved farther, their pairs and those of cells
+around them are found anew, and their motion counts from there on.  Where sides have changed more,
+all pairs are.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from ..kernels.thread_pool import ThreadPool
 from .block_tree import Blocks
 from .contact_search import REACH
 from .flatness import NEAREST
-from .motion import measure, refer
+from .motion import measure, refer, write_edges
 from .pair_list import PairList
 from .pair_search import bound_features, find_pairs
 from .particle_arrays import load_vectors
@@ -28,8 +29,9 @@ _FLAT = 1.02 * REACH
 # same in a sheet that lies in layers; and those of a cell without pairs at most, in spacings.
 _MARGINS, _MARGINS_IN_LAYERS, _MOST_MARGIN = (0.15, 0.35), (0.25, 0.6), 2.0
 # What edges of a cell may change at least and at most, as a share of what they can lose before a
-# flat sheet counts as one that is not flat; and in a sheet that lies in layers.
-_CHANGES, _CHANGES_IN_LAYERS = (0.04, 0.3), (0.3, 2.0)
+# flat sheet counts as one that is not flat; and in a sheet that lies in layers, where cells that
+# exceed it do not count as parts of flat blocks any more.
+_CHANGES, _CHANGE_IN_LAYERS = (0.04, 0.3), 0.6
 # Pairs of cells in reach by the number of cells, from which on a sheet counts as one in layers.
 _LAYERED = 0.3
 # Parts for which the first margins are made, and the factor of one that was exceeded.
@@ -89,7 +91,7 @@ class Neighbours:
         room = spacing - self._flat / NEAREST
         # Without layers, and with them.
         self._limits = np.multiply((_MARGINS, _MARGINS_IN_LAYERS), thickness)
-        self._changes = np.multiply((_CHANGES, _CHANGES_IN_LAYERS), room)
+        self._changes = np.multiply((*_CHANGES, _CHANGE_IN_LAYERS), room)
         self._most_margin = _MOST_MARGIN * spacing
         number = rows * columns
         self._blocks = Blocks(rows, columns, dtype)
@@ -211,16 +213,18 @@ class Neighbours:
 
         """
         self.renewals += 1
-        renewed = ((self._moved > _SOON * self._margins) | short).any(axis=0)
+        renewed = (self._moved[0] > _SOON * self._margins[0]) | short[0]
         renewed = _and_around(renewed.reshape(self._size)).ravel()
         groups, few = len(self.list.groups), _FEW * len(renewed)
         long = groups > _LONGER * max(self._number, few)
-        many = bool(np.count_nonzero(renewed) > _WHOLE * len(renewed))
-        self.whole = long or many or groups <= few
+        many = np.count_nonzero(renewed) > _WHOLE * len(renewed)
+        # Cells may have been left out because of the sides of those between them.
+        self.whole = bool(long or many or groups <= few or short[1].any())
         if self.whole:
             renewed[:], self._mean[:] = True, 0.0
+            write_edges(now, self._layout, self._edges)
         self._choose_margins(short)
-        refer(now, self._mean, renewed, self._layout, self._reference, self._edges)
+        refer(now, self._mean, renewed, self._layout, self._reference)
         self._measure(now)
         self._set_margins(renewed)
         swept = before is not now and bool((self._paths > self._margins[0]).any())
@@ -245,13 +249,18 @@ class Neighbours:
         least, most = self._limits[int(self._layered)]
         most = np.where(self.list.cells, most, self._most_margin)
         np.clip(margins, least, most, out=margins)
-        np.clip(changes, *self._changes[int(self._layered)], out=changes)
+        least, most, in_layers = self._changes
+        if self._layered:
+            changes[:] = np.where(changes > in_layers, math.inf, in_layers)
+        else:
+            np.clip(changes, least, most, out=changes)
 
     def _set_margins(self, renewed: Array) -> None:
         """Let the list stay complete for the chosen margins from where pairs were found."""
-        margins = self._chosen + self._moved
-        margins[0] += _MORE * self._more(self._lately)
-        np.copyto(self._margins, margins, where=renewed)
+        margins = self._chosen[0] + self._moved[0] + _MORE * self._more(self._lately)
+        np.copyto(self._margins[0], margins, where=renewed)
+        if self.whole:
+            self._margins[1] = self._chosen[1]
 
     def _find_cells(self, cells: Array) -> int:
         """Return the number of pairs of cells with one of these."""
