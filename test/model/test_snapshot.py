@@ -119,6 +119,16 @@ def test_the_same_advances_give_the_same_bits(scene, seed, size, speed, history,
     check_repeatable(crumple(Cloth(scene), size, seed, speed=speed), history, plan)
 
 
+def test_a_file_has_the_bits_of_a_collider_that_was_placed_inside_the_sheet():
+    cloth = cloth_of(
+        sphere__radius=0.4, sphere__position=(-0.4, 0.0, 0.0), sheet__position=(0.0, 0.0, 0.0)
+    )
+    cloth.advance(1e-4)
+    snapshot = cloth.snapshot()
+    assert snapshot.contact.colliders['sphere'].inset > 0
+    assert bits(decode(encode(snapshot))) == bits(snapshot)
+
+
 @pytest.mark.parametrize('threads', [1, 3])
 def test_also_with_contact_roll_backs_gusts_and_threads(threads, monkeypatch):
     monkeypatch.setattr(kick_drift, '_MIN_THREADED', 1)

@@ -233,7 +233,7 @@ class RigidCollider:
 
     def grow(self, seconds: float) -> None:
         """Let the surface move out for some time, s, if it is not where it should be."""
-        left = self.inset - GROWTH_SPEED * seconds
+        left = float(self.inset - GROWTH_SPEED * seconds)
         self.inset = left if left > _GROWN else 0.0
 
     # What the kernels take
