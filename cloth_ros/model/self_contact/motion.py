@@ -105,7 +105,26 @@ def _measure(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _refer(position, mean, cells, begin, stride, rows, columns, first):  # type: ignore[no-untyped-def]
+def refer(position, mean, cells, begin, stride, rows, columns, first):  # type: ignore[no-untyped-def]
+    """
+    Let the motion of some cells be measured from these positions, as far as they are theirs alone.
+
+    Particles of other cells are still measured from where they were.
+
+    Parameters
+    ----------
+    position
+        m, a flat array.
+    mean
+        Of the motion until there, m, shape (3,), from `measure`.
+    cells
+        True for the cells: bool, shape (rows * columns,).
+    begin, stride, rows, columns
+        Layout of flat arrays.
+    first
+        Receives what `measure` takes.
+
+    """
     for row in range(rows):
         above = max(row - 1, 0)
         for column in range(columns):
@@ -159,31 +178,6 @@ def measure(
         first, along, across, last, edges is not None, *layout, scratch, mean, motions, wanted
     )
     return moved if moved < math.inf else math.nan
-
-
-def refer(
-    position: Array, mean: Array, cells: Array, layout: tuple[int, ...], first: Array
-) -> None:
-    """
-    Let the motion of some cells be measured from these positions, as far as they are theirs alone.
-
-    Particles of other cells are still measured from where they were.
-
-    Parameters
-    ----------
-    position
-        m, a flat array.
-    mean
-        Of the motion until there, m, shape (3,), from `measure`.
-    cells
-        True for the cells: bool, shape (rows * columns,).
-    layout
-        As for `measure`.
-    first
-        Receives what `measure` takes.
-
-    """
-    _refer(position, mean, cells, *layout, first)
 
 
 def write_edges(position: Array, layout: tuple[int, ...], edges: tuple[Array, Array]) -> None:

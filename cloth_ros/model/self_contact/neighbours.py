@@ -224,7 +224,7 @@ class Neighbours:
             renewed[:], self._mean[:] = True, 0.0
             write_edges(now, self._layout, self._edges)
         self._choose_margins(short)
-        refer(now, self._mean, renewed, self._layout, self._reference)
+        refer(now, self._mean, renewed, *self._layout, self._reference)
         self._measure(now)
         self._set_margins(renewed)
         swept = before is not now and bool((self._paths > self._margins[0]).any())

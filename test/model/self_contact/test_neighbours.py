@@ -79,19 +79,19 @@ def missing_pairs(near: Neighbours, state: State) -> int:
     return len(expected - listed_pairs(near))
 
 
-def neighbours(grid: Grid) -> Neighbours:
-    """Return an empty list for the sheet."""
+def sheet_and_list(name: str) -> tuple[Grid, State, Neighbours]:
+    """Return a sheet, by name, and an empty list for it."""
+    grid = Grid(ROWS, COLUMNS)
+    state = State(grid, np.float32)
+    state.world_positions = np.moveaxis(SHEETS[name](), -1, 0)
     pool = shared_thread_pool(1)
-    return Neighbours(grid, np.float32, THICKNESS, SPACING, 0.5 * SPACING, pool)
+    return grid, state, Neighbours(grid, np.float32, THICKNESS, SPACING, 0.5 * SPACING, pool)
 
 
 @pytest.mark.parametrize('name', list(SHEETS))
 def test_lists_are_complete(name: str) -> None:
     random = np.random.default_rng(0)
-    grid = Grid(ROWS, COLUMNS)
-    state = State(grid, np.float32)
-    near = neighbours(grid)
-    state.world_positions = np.moveaxis(SHEETS[name](), -1, 0)
+    grid, state, near = sheet_and_list(name)
     renewed = []
     # The motion of each part, as a share of the thickness: slow ones, then fast ones.
     for share in (0.0, 0.01, 0.02, 0.05, 0.1, 0.1, 0.3, 1.0):
@@ -107,10 +107,7 @@ def test_lists_are_complete(name: str) -> None:
 @pytest.mark.parametrize('name', list(SHEETS))
 def test_lists_that_are_renewed_in_places_are_complete(name: str) -> None:
     random = np.random.default_rng(1)
-    grid = Grid(ROWS, COLUMNS)
-    state = State(grid, np.float32)
-    near = neighbours(grid)
-    state.world_positions = np.moveaxis(SHEETS[name](), -1, 0)
+    grid, state, near = sheet_and_list(name)
     near.prepare(state.position, state.velocity, 0.005)
     in_places = 0
     for _ in range(10):
