@@ -215,7 +215,7 @@ class Simulation:
             if abs(h - substep) <= _EQUAL * substep:
                 h = substep
             while count > 0:
-                substeps = min(count, BATCH)
+                substeps = part(count, BATCH)
                 count -= substeps
                 yield from self._batch(substeps, h)
                 self.interactions.end_batch(self.state, substeps * h)

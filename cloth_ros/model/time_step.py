@@ -40,7 +40,7 @@ _FINEST = 8
 # Substeps from one check of the speed to the next, and from one measurement of the energy to the
 # next, at most.
 CHECK_INTERVAL = 17
-BATCH = 4 * CHECK_INTERVAL
+BATCH = 5 * CHECK_INTERVAL
 # Dissipation acts once in so many substeps at most, an odd number, and within so many s.  Only in
 # single precision: in a cloth that folds, this separates two runs no sooner than rounding does,
 # but in double precision it would.

@@ -27,21 +27,23 @@ from ...scene import Scene
 from ..grid import Array, Grid
 from ..inputs import Inputs, Vector
 from ..state import State, max_speed
+from .batch_parts import LONGEST, BatchParts, parts_of
 from .contact_snapshot import ContactSnapshot
 from .contact_table import no_contacts
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
-from .particle_batch import LONGEST, ParticleBatch
+from .particle_batch import ParticleBatch
 from .rigid_collider import RigidCollider
 from .substep_contact import SubstepContact
 from .surface import Surface
 from .triangle_substep import TriangleSubstep
 
-# Share of its inner radius by which collider and sheet may approach each other in a substep.
-_TRAVEL = 0.25
 # After a batch that had to be repeated: batches that are made substep by substep, and then those
 # that are short.
 _BY_SUBSTEPS, _SHORT = 4, 16
+# Length of batches, s, in which no collider moves, and particles by less than a circumradius of
+# the triangles.
+_LONGEST_SLOW = 1 / 60
 # Motion of a collider, in circumradii of the triangles, above which batches are short.
 _FAST = 2.0
 # Share of its inner radius by which a collider that is placed inside the sheet shrinks at most.
@@ -97,8 +99,7 @@ class Contact:
         self._unknown = False
         self._held: Array | None = None
         self._pinned = bool(pinned.any())
-        # Steps of a batch, and times of their drifts from its start, s.
-        self._times_of: tuple[tuple[Drift, ...], Array] = ((), np.zeros(1))
+        self._batch: BatchParts = parts_of(())
         # Positions and velocities at the start of a batch, m and m/s.
         self._before = np.stack([grid.field(dtype), grid.field(dtype)])
 
@@ -107,9 +108,12 @@ class Contact:
     def longest_batch(self, state: State) -> float:
         """Return the duration, s, up to which substeps may make one batch; 0: a short one."""
         colliders = self.colliders.values()
-        moved = LONGEST * max([each.surface_speed(state.origin) for each in colliders])
-        calm = moved < _FAST * self._rho and not self._patience  # False for NaN
-        return LONGEST if calm and True not in [e.grows for e in colliders] else 0.0
+        fastest = max([each.surface_speed(state.origin) for each in colliders])
+        calm = LONGEST * fastest < _FAST * self._rho and not self._patience  # False for NaN
+        if not calm or True in [e.grows for e in colliders]:
+            return 0.0
+        slow = fastest == 0 and _LONGEST_SLOW * max_speed(state) < self._rho
+        return _LONGEST_SLOW if slow else LONGEST
 
     def begin_advance(self, state: State, time: float, seconds: float, inputs: Inputs) -> None:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""
@@ -194,7 +198,11 @@ class Contact:
                 self._end_by_particles(state, time, seconds)
                 return
         longest = max([step.drift for step in steps])
-        by_triangles = {each.name for each in self._near if self._is_sharp(each, state, longest)}
+        by_triangles = {
+            each.name
+            for each in self._near
+            if each.is_sharp(longest * self._approach(each, state))
+        }
         if observer is None and not by_triangles and not by_substeps:
             if self._act_on_particles(kicks, state, steps, seconds, air_velocity, time):
                 self._end_by_particles(state, time, seconds)
@@ -220,17 +228,6 @@ class Contact:
             if observer is not None:
                 observer.after_contact(state, step)
         self._end_batch(state, time - seconds, seconds)
-
-    def _is_sharp(self, collider: RigidCollider, state: State, h: float) -> bool:
-        """Return whether particles alone cannot keep the triangles out of a collider."""
-        shape = collider.shape
-        if math.isinf(shape.inner_radius):  # of a plane they always can
-            return False
-        travel = h * self._approach(collider, state)
-        if collider.inset > 0.5 * shape.inner_radius:
-            return True
-        # True for NaN.
-        return collider.small or not travel < _TRAVEL * shape.inner_radius
 
     def _end_by_particles(self, state: State, time: float, seconds: float) -> None:
         for each in self._near:
@@ -274,13 +271,17 @@ class Contact:
         time: float,
     ) -> bool:
         """Make a batch with contact of particles; return False, and undo it, if not enough."""
-        if self._times_of[0] is not steps:  # most batches have the same steps
-            self._times_of = (steps, np.cumsum([0.0, *[step.drift for step in steps]]))
-        times = time + self._times_of[1]
-        table = self._particles.table(state, self._near, times, self._fastest)
+        if self._batch.steps is not steps:  # most batches have the same steps
+            self._batch = parts_of(steps)
+        _, times, parts = self._batch
         before, mark = self._before, kicks.mark()
         before[0], before[1] = state.position, state.velocity
-        kicks.apply(state, steps, air_velocity, table if table.active.any() else None)
+        self._particles.measure(state, parts[0].seconds, self._fastest)
+        table = self._particles.table(state, self._near, time + times, self._fastest)
+        for number, each in enumerate(parts):
+            if number > 0:
+                self._particles.measure(state, each.seconds, max_speed(state))
+            kicks.apply(state, each.steps, air_velocity, table if table.active.any() else None)
         if self._particles.cut(state, self._near, table, time + seconds):
             state.position[...], state.velocity[...] = before
             kicks.go_back(mark)

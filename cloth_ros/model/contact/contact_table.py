@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..grid import Array
-from .particle_contact import ROW, SUMS
+from .particle_contact import ROW, SUMS, TOTALS
 
 
 class ContactTable(NamedTuple):
@@ -22,13 +22,17 @@ class ContactTable(NamedTuple):
         Numbers about each in each drift, or once if nothing changes: shape (drifts or 1,
         colliders, ROW).
     active
-        1 where a block of particles is in reach, else 0: int64, shape (colliders, blocks).
+        `IN_REACH` or `IN_TOUCH` for blocks of particles, or 0, see `particle_contact`: int64,
+        shape (colliders, blocks).
     rho
         Bound of the circumradius of the triangles of each particle, m, shape (size,).
     mass
         Of each particle, in units of that of a cell; 0 for pinned ones and ghosts; shape (size,).
     values, shares, starts
         Distances and shares of all meshes, flat, and where those of each collider begin.
+    totals
+        Sums over the particles at each place in a block, for the kernel itself: shape (chunks,
+        TOTALS).
     sums
         Added to: shape (colliders, chunks, SUMS).
 
@@ -42,6 +46,7 @@ class ContactTable(NamedTuple):
     values: Array
     shares: Array
     starts: Array
+    totals: Array
     sums: Array
 
 
@@ -51,4 +56,5 @@ def no_contacts(dtype: type) -> ContactTable:
     real: Array = np.zeros(0, dtype)
     rows: Array = np.zeros((0, 0, ROW), dtype)
     sums, active = np.zeros((0, 0, SUMS)), np.zeros((0, 0), np.int64)
-    return ContactTable(none, rows, active, real, real, real, real, none, sums)
+    totals: Array = np.zeros((0, TOTALS), dtype)
+    return ContactTable(none, rows, active, real, real, real, real, none, totals, sums)

@@ -13,7 +13,7 @@ from ..kernels.thread_pool import CHUNK
 from ..state import State
 from .contact_table import ContactTable
 from .mesh_fields import MeshFields
-from .particle_contact import BLOCK, ROW, SHAPE, SUMS, TOUCHED
+from .particle_contact import BLOCK, IN_REACH, ROW, SHAPE, SUMS, TOTALS, TOUCHED
 from .particle_search import compose_search
 from .proximity import depth_of_particles, has_grown, triangles_cut
 from .rigid_collider import GROWTH_SPEED, RigidCollider
@@ -30,8 +30,6 @@ _UNCHANGED, _MARGIN = 0.02, 0.1
 _MAX_TABLES = 16
 # Depth of a triangle, as a multiple of the tolerance, from which on a batch was not enough.
 _TOO_DEEP = 5.0
-# Length of batches of more than the fewest substeps, s, at most.
-LONGEST = 1 / 120
 # Time, s, for which the size of triangles is predicted.  With twice that, sheets draped over a box
 # did not come to rest: their surface trembled.  `cut` finds what has grown by more.
 _PREDICTED = 1 / 240
@@ -187,6 +185,7 @@ class ParticleBatch:
         self._measure(state, seconds, motion)
         self._found = found._replace(left=found.left - motion)
         found.table.sums[...] = 0
+        np.minimum(found.table.active, IN_REACH, out=found.table.active)
         return found.table
 
     def table(
@@ -212,7 +211,6 @@ class ParticleBatch:
 
         """
         seconds = float(times[-1] - times[0])
-        self._measure(state, seconds, seconds * self._speed(fastest, seconds))
         margin = _MARGIN * self._bounds[0]
         rows = [each.rows(state.origin, times) for each in near]
         prepared = self._prepare(near, rows)
@@ -236,6 +234,10 @@ class ParticleBatch:
     def _speed(self, fastest: float, seconds: float) -> float:
         """Return a bound of the speed, m/s, in a batch: twice that at its start, and a fall."""
         return 2 * fastest + 0.5 * self._gravity * seconds
+
+    def measure(self, state: State, seconds: float, fastest: float) -> None:
+        """Bound the triangles for a motion of `seconds` from a greatest speed on, m/s."""
+        self._measure(state, seconds, seconds * self._speed(fastest, seconds))
 
     def _measure(self, state: State, seconds: float, motion: float) -> None:
         """Bound the triangles anew, unless they cannot have changed by much."""
@@ -278,6 +280,7 @@ class ParticleBatch:
             self._fields.values,
             self._fields.shares,
             np.zeros(number, np.int64),
+            np.zeros((-(-particles // CHUNK), TOTALS), self._dtype),
             np.zeros((number, -(-particles // CHUNK), SUMS)),
         )
         at_end = table._replace(rows=table.rows[-1:], active=np.zeros_like(table.active))

@@ -1,5 +1,5 @@
 """
-Contact of particles with colliders, after a drift: a vectorised loop over the particles.
+Contact of particles with colliders, after a drift: vectorised over blocks of particles.
 
 A particle that a drift of h s has brought into a collider, by the depth d along the normal n, gets
 the velocity that ends at the surface, but none away from it: with its velocity u relative to the
@@ -17,6 +17,10 @@ So contact adds no energy in the frame of the collider, a particle at rest stays
 bit, and no order of particles or triangles has any influence.
 
 Between the particles, the offset of a shape keeps triangles out; see `shapes.shape`.
+
+A sheet touches a body with few of its particles.  Of blocks that may come into reach in a batch,
+those that have touched nothing in the last drift are only looked at, which takes a fraction of the
+time.
 """
 
 from __future__ import annotations
@@ -26,10 +30,9 @@ from collections.abc import Set
 
 import numpy as np
 
-from ..kernels.jit import Kernel, inlined
-from .shapes import mesh_distance
-from .shapes.by_kind import IN_LOOPS, by_kind
-from .shapes.shape import COMMON, CONSTANTS
+from ..kernels.jit import Kernel, disjoint, inlined
+from .shapes.by_kind import DISTANCES, by_kind
+from .shapes.shape import COMMON, CONSTANTS, ONE, ZERO
 
 # A sliding velocity that the kick has reversed is not stopped if what it was exceeds this share of
 # what it is.
@@ -46,14 +49,24 @@ ROTATION, POINT, SPIN, VELOCITY = 0, 9, 12, 21
 INSET, GROWTH, FRICTION, SLOP, ALLOWANCE, LIMIT, SHAPE = 24, 25, 26, 27, 28, 29, 30
 ROW = SHAPE + CONSTANTS + len(COMMON)
 
-# Particles that are passed over together where they are out of reach.
-BLOCK = 64
+# Particles in a block, which is passed over where it is out of reach: one vector of the widest
+# processors in single precision.
+BLOCK = 16
+# Whether a block may come into reach of a collider in a batch, and whether it has touched that in
+# the last drift; else 0.
+IN_REACH, IN_TOUCH = 1, 2
 
 # Sums over the particles of a chunk: impulse, kg m/s, and its moment about the reference point,
 # kg m²/s, for cells of 1 kg; the most work of the collider, J for these; particles touched, in all
 # drifts, and in the last one.
 IMPULSE, MOMENT, WORK, TOUCHED, TOUCHING = 0, 3, 6, 7, 8
 SUMS = 9
+# Numbers of a chunk for the kernel alone: sums over the particles at each place in a block; and
+# where those of each sum begin.
+TOTALS = 8 * BLOCK
+_PUSH_X, _PUSH_Y, _PUSH_Z, _MOMENT_X, _MOMENT_Y, _MOMENT_Z, _RAISED, _WORK = range(
+    0, TOTALS, BLOCK
+)
 
 
 @inlined
@@ -89,175 +102,157 @@ def load_row(rows, drift, n):  # type: ignore[no-untyped-def]
     return rotation, point, spin, velocity, others, constants
 
 
-@inlined
-def _respond(  # type: ignore[no-untyped-def]
-    i, gap, nx, ny, nz, x, y, z, position, back_buffer, velocity, former, mass, spin, surface,
-    limits, times, several, moving,
-):  # fmt: skip
-    """
-    Change velocity and position of a particle that a drift has brought into a collider.
+def _nearness(kind: int) -> Kernel:
+    """Return the part that tells whether a particle of a block touches a shape."""
+    distance = DISTANCES[kind]
 
-    One part for all shapes: it takes longest to compile.
+    @disjoint
+    def is_near(first, position, rho, fields, point, rotation, limits, constants):  # type: ignore[no-untyped-def]
+        (xs, ys, zs), (px, py, pz) = position, point
+        zero, one = constants[ZERO], constants[ONE]
+        reach = limits[3] - limits[0]
+        # A sum vectorises; a condition that is true once does not.
+        near = zero
+        for lane in range(np.uint64(BLOCK)):
+            i = first + lane
+            x, y, z = xs[i] - px, ys[i] - py, zs[i] - pz
+            gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
+            near += one if gap < reach else zero
+        return near > zero
+
+    return is_near
+
+
+def _response(kind: int, *, several: bool, moving: bool) -> Kernel:
+    """
+    Return the part that changes the velocities and positions of a block in contact.
 
     Parameters
     ----------
-    gap, nx, ny, nz
-        Distance from the surface, m, and its normal.
-    x, y, z
-        The particle after the drift, m, from the reference point.
-    spin, surface
-        As `load_row` returns them.
-    limits
-        Inset, growth, friction, slop, allowance and limit of the row.
-    times
-        Length of the drift, s, its reciprocal, and the share of a depth that is corrected in it.
+    kind
+        Of the shape.
     several, moving
         True if there is more than one collider, and if this one moves.
 
-    Returns
-    -------
-    float, float, float, float, float, float
-        Impulse, kg m/s, for cells of 1 kg; mass by which height it is raised, kg m; work of the
-        collider, J; and 1 if it is touched, else 0.
-
     """
-    number = velocity.dtype.type
-    zero, one, tiny, back = number(0), number(1), number(1e-20), number(-TURNED)
-    s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
-    ux, uy, uz = surface
-    inset, growth, friction, slop, allowance, hard = limits
-    h, per_h, share = times
-    depth = slop - inset - gap
-    # Velocity of the surface, and relative to it.
-    p = q = r = zero
-    vx, vy, vz = velocity[0, i], velocity[1, i], velocity[2, i]
-    p_was, q_was, r_was = former[0, i], former[1, i], former[2, i]
-    u, v, w = vx, vy, vz
-    if moving:
-        p = ux + s0 * x + s1 * y + s2 * z
-        q = uy + s3 * x + s4 * y + s5 * z
-        r = uz + s6 * x + s7 * y + s8 * z
-        p_was, q_was, r_was = p_was - p, q_was - q, r_was - r
-        u, v, w = vx - p, vy - q, vz - r
-    along = u * nx + v * ny + w * nz
-    was = p_was * nx + q_was * ny + r_was * nz
-    turned = u * p_was + v * q_was + w * r_was - along * was
-    touch = depth > zero and mass[i] > zero
-    # Of what touches: the numbers of a ghost may be too large for single precision.
-    u = u - along * nx if touch else zero
-    v = v - along * ny if touch else zero
-    w = w - along * nz if touch else zero
-    if moving:
-        along, was = along - growth, was - growth
-    # Before the kick; a push, and friction, must not add energy to what it was.
-    push = min(depth * per_h, max(-along - max(was, zero), zero))
-    push = push if touch else zero
-    # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
-    # a jump of the position would shake the springs.
-    left = max(depth - (slop + allowance) - push * h, zero)
-    left = max(share * left, left - hard)
-    left = left if touch else zero
-    squared = u * u + v * v + w * w
-    # At most the whole sliding velocity; the reciprocal root is fast.
-    root = one / np.sqrt(max(squared, tiny))
-    grip = min(friction * push * root, one)
-    grip = grip if turned >= back * squared else zero
-    # 0 where nothing touches; so are the changes of velocity below.
-    tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
-    u, v, w = vx + tx, vy + ty, vz + tz
-    velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-    ex, ey, ez = left * nx, left * ny, left * nz
-    if several:
-        # What another collider has moved the particle by in this drift is kept.
-        ax = back_buffer[0, i] - (position[0, i] + h * vx)
-        ay = back_buffer[1, i] - (position[1, i] + h * vy)
-        az = back_buffer[2, i] - (position[2, i] + h * vz)
-        moved = ax * ax + ay * ay + az * az > slop * slop
-        ex = ex + (ax if moved else zero)
-        ey = ey + (ay if moved else zero)
-        ez = ez + (az if moved else zero)
-    # From the position before the drift: a particle at rest stays there to the bit.
-    at_x = position[0, i] + h * u + ex
-    at_y = position[1, i] + h * v + ey
-    at_z = position[2, i] + h * w + ez
-    back_buffer[0, i] = at_x if touch else back_buffer[0, i]
-    back_buffer[1, i] = at_y if touch else back_buffer[1, i]
-    back_buffer[2, i] = at_z if touch else back_buffer[2, i]
-    tx, ty, tz = mass[i] * tx, mass[i] * ty, mass[i] * tz
-    work = max(p * tx + q * ty + r * tz, zero) if moving else zero
-    return tx, ty, tz, mass[i] * left, work, one if touch else zero
+    distance = DISTANCES[kind]
 
-
-def _particle_loop(distance: Kernel, several: bool) -> Kernel:
-    """
-    Return the loop for a shape, without what one collider alone does not need.
-
-    `distance` is one of `shapes.by_kind.IN_LOOPS`.
-    """
-
-    @inlined
-    def loop(  # type: ignore[no-untyped-def]
-        first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
-        gravity, h, sums, chunk, moving,
+    @disjoint
+    def respond(  # type: ignore[no-untyped-def]
+        first, position, back_buffer, velocity, former, rho, mass, fields, point, rotation, spin,
+        surface, limits, constants, times, totals,
     ):  # fmt: skip
-        number = velocity.dtype.type
-        zero, one = number(0), number(1)
-        rotation, point, spin, surface, limits, constants = load_row(rows, drift, n)
+        """
+        Take the block from the flat index `first` on; return how many touch.
+
+        Parameters
+        ----------
+        position, back_buffer, velocity, former
+            Of all particles, as arrays of x, y and z: before the drift, after it, after the kick
+            and before it.
+        rho, mass, fields
+            See `ContactTable`.
+        point, rotation, spin, surface, limits, constants
+            As `load_row` returns them; `limits` are from inset to limit.
+        times
+            Length of the drift, s, its reciprocal, and the share of a depth that is corrected in
+            it.
+        totals
+            Sums of a chunk, added to, shape (TOTALS,).
+
+        """
+        number = mass.dtype.type
+        zero, one, tiny, back = number(0), number(1), number(1e-20), number(-TURNED)
+        (xs, ys, zs), (x_after, y_after, z_after) = position, back_buffer
+        (us, vs, ws), (us_was, vs_was, ws_was) = velocity, former
         px, py, pz = point
-        times = (h, one / h, number(1.0 - np.exp(-np.float64(h) / _CORRECTED)))
-        jx = jy = jz = lx = ly = lz = work = raised = touched = zero
-        for i in range(first, last):
-            x, y, z = back_buffer[0, i] - px, back_buffer[1, i] - py, back_buffer[2, i] - pz
-            gap, nx, ny, nz = distance(x, y, z, rotation, constants, rho[i], fields, i - first)
-            tx, ty, tz, up, done, touch = _respond(
-                i, gap, nx, ny, nz, x, y, z, position, back_buffer, velocity, former, mass, spin,
-                surface, limits, times, several, moving,
-            )  # fmt: skip
-            jx, jy, jz = jx + tx, jy + ty, jz + tz
-            lx += y * tz - z * ty
-            ly += z * tx - x * tz
-            lz += x * ty - y * tx
-            raised += up
-            work += done
-            touched += touch
-        gx, gy, gz = gravity
-        weight = np.sqrt(gx * gx + gy * gy + gz * gz)  # at most, whatever the normal
-        sums[n, chunk, 0] += jx
-        sums[n, chunk, 1] += jy
-        sums[n, chunk, 2] += jz
-        sums[n, chunk, 3] += lx
-        sums[n, chunk, 4] += ly
-        sums[n, chunk, 5] += lz
-        sums[n, chunk, 6] += work + weight * raised
-        sums[n, chunk, 7] += touched
-        sums[n, chunk, 8] += touched
+        s0, s1, s2, s3, s4, s5, s6, s7, s8 = spin
+        ux, uy, uz = surface
+        inset, growth, friction, slop, allowance, hard = limits
+        h, per_h, share = times
+        touched = zero
+        for lane in range(np.uint64(BLOCK)):
+            i = first + lane
+            x, y, z = x_after[i] - px, y_after[i] - py, z_after[i] - pz
+            gap, nx, ny, nz = distance(x, y, z, rotation, constants, rho[i], fields)
+            depth = slop - inset - gap
+            # Velocity of the surface, and relative to it.
+            p = q = r = zero
+            vx, vy, vz = us[i], vs[i], ws[i]
+            p_was, q_was, r_was = us_was[i], vs_was[i], ws_was[i]
+            u, v, w = vx, vy, vz
+            if moving:
+                p = ux + s0 * x + s1 * y + s2 * z
+                q = uy + s3 * x + s4 * y + s5 * z
+                r = uz + s6 * x + s7 * y + s8 * z
+                p_was, q_was, r_was = p_was - p, q_was - q, r_was - r
+                u, v, w = vx - p, vy - q, vz - r
+            along = u * nx + v * ny + w * nz
+            was = p_was * nx + q_was * ny + r_was * nz
+            turned = u * p_was + v * q_was + w * r_was - along * was
+            touch = depth > zero and mass[i] > zero
+            u, v, w = u - along * nx, v - along * ny, w - along * nz
+            if moving:
+                # Of what touches: the numbers of a ghost may be too large for single precision.
+                u, v, w = u if touch else zero, v if touch else zero, w if touch else zero
+                along, was = along - growth, was - growth
+            # Before the kick; a push, and friction, must not add energy to what it was.
+            push = min(depth * per_h, max(-along - max(was, zero), zero))
+            push = push if touch else zero
+            # Less than what is allowed is left to later pushes, and more is corrected bit by bit:
+            # a jump of the position would shake the springs.
+            left = max(depth - (slop + allowance) - push * h, zero)
+            left = max(share * left, left - hard)
+            left = left if touch else zero
+            squared = u * u + v * v + w * w
+            # At most the whole sliding velocity; the reciprocal root is fast.
+            root = one / np.sqrt(max(squared, tiny))
+            grip = min(friction * push * root, one)
+            grip = grip if turned >= back * squared else zero
+            # 0 where nothing touches; so are the changes of velocity below.
+            tx, ty, tz = push * nx - grip * u, push * ny - grip * v, push * nz - grip * w
+            u, v, w = vx + tx, vy + ty, vz + tz
+            us[i], vs[i], ws[i] = u, v, w
+            ex, ey, ez = left * nx, left * ny, left * nz
+            if several:
+                # What another collider has moved the particle by in this drift is kept.
+                ax = x_after[i] - (xs[i] + h * vx)
+                ay = y_after[i] - (ys[i] + h * vy)
+                az = z_after[i] - (zs[i] + h * vz)
+                moved = ax * ax + ay * ay + az * az > slop * slop
+                ex = ex + (ax if moved else zero)
+                ey = ey + (ay if moved else zero)
+                ez = ez + (az if moved else zero)
+            # From the position before the drift: a particle at rest stays there to the bit.
+            at_x, at_y, at_z = xs[i] + h * u + ex, ys[i] + h * v + ey, zs[i] + h * w + ez
+            x_after[i] = at_x if touch else x_after[i]
+            y_after[i] = at_y if touch else y_after[i]
+            z_after[i] = at_z if touch else z_after[i]
+            tx, ty, tz = mass[i] * tx, mass[i] * ty, mass[i] * tz
+            totals[_PUSH_X + lane] += tx
+            totals[_PUSH_Y + lane] += ty
+            totals[_PUSH_Z + lane] += tz
+            totals[_MOMENT_X + lane] += y * tz - z * ty
+            totals[_MOMENT_Y + lane] += z * tx - x * tz
+            totals[_MOMENT_Z + lane] += x * ty - y * tx
+            totals[_RAISED + lane] += mass[i] * left
+            touched += one if touch else zero
+            if moving:
+                totals[_WORK + lane] += max(p * tx + q * ty + r * tz, zero)
+        return touched
 
-    return loop
+    return respond
 
 
-def _contact(kind: int, several: bool) -> Kernel:
-    """Return the contact of a range of particles with a shape."""
-    loop = _particle_loop(IN_LOOPS[kind], several)
-    return _tiled(loop) if kind == mesh_distance.KIND else loop
-
-
-def _tiled(loop: Kernel) -> Kernel:
-    """Return a loop for meshes."""
-    tiles = mesh_distance.in_tiles(loop)
-
-    @inlined
-    def in_tiles(  # type: ignore[no-untyped-def]
-        first, last, fields, position, back_buffer, velocity, former, mass, rho, rows, drift, n,
-        gravity, h, sums, chunk, moving,
-    ):  # fmt: skip
-        rotation, point, _, _, _, constants = load_row(rows, drift, n)
-        arguments = (
-            position, back_buffer, velocity, former, mass, rho, rows, drift, n, gravity, h, sums,
-            chunk, moving,
-        )  # fmt: skip
-        tiles(first, last, back_buffer, point, rotation, constants, fields, arguments)
-
-    return in_tiles
+@inlined
+def _add_totals(totals, gravity, sums):  # type: ignore[no-untyped-def]
+    """Add the sums of a chunk, which are those at each place in a block, to those of a batch."""
+    gx, gy, gz = gravity
+    weight = np.sqrt(gx * gx + gy * gy + gz * gz)  # at most, whatever the normal
+    for lane in range(BLOCK):
+        for k in range(6):
+            sums[k] += totals[k * BLOCK + lane]
+        sums[WORK] += totals[_WORK + lane] + weight * totals[_RAISED + lane]
 
 
 # Sweeps over the colliders where several may touch the same particles.
@@ -296,52 +291,63 @@ def compose(kinds: Set[int], several: bool) -> Kernel:
             A `ContactTable`.
 
     """
-    contact = by_kind(kinds, lambda kind: _contact(kind, several))
+    is_near = by_kind(kinds, _nearness)
+    respond, respond_to_moving = [
+        by_kind(kinds, functools.partial(_response, several=several, moving=moving))
+        for moving in (False, True)
+    ]
 
     @inlined
     def resolve(  # type: ignore[no-untyped-def]
         begin, first, last, chunk, drift, h, before, after, velocity, former, gravity, contacts
     ):
-        types, rows, active, rho, mass, values, shares, starts, sums = contacts
+        types, rows, active, rho, mass, values, shares, starts, totals, sums = contacts
+        number = velocity.dtype.type
         for n in range(len(types)):
             sums[n, chunk, TOUCHING] = 0
-        chunk_end = last
         low, high = (first - begin) // BLOCK, (last - begin + BLOCK - 1) // BLOCK
         sweeps = 1
         if several:
             for block in range(low, high):
                 count = 0
                 for n in range(len(types)):
-                    count += active[n, block]
+                    count += active[n, block] != 0
                 sweeps = _SWEEPS if count > 1 else sweeps
+        before, after = (before[0], before[1], before[2]), (after[0], after[1], after[2])
+        velocity = (velocity[0], velocity[1], velocity[2])
+        former = (former[0], former[1], former[2])
+        totals = totals[chunk]
+        times = (h, number(1) / h, number(1.0 - np.exp(-np.float64(h) / _CORRECTED)))
         for again in range(sweeps * len(types)):
             n = again % len(types)
-            number = min(drift, len(rows) - 1)
-            moves = rows[number, n, GROWTH] != 0.0
+            row = min(drift, len(rows) - 1)
+            moves = rows[row, n, GROWTH] != 0.0
             for k in range(SPIN, INSET):
-                moves = moves or rows[number, n, k] != 0.0
+                moves = moves or rows[row, n, k] != 0.0
+            rotation, point, spin, surface, limits, constants = load_row(rows, row, n)
             fields = (values, shares, np.uint64(starts[n]))
-            block = low
-            while block < high:
-                if not active[n, block]:
-                    block += 1
+            totals[:] = 0
+            for block in range(low, high):
+                if active[n, block] == 0:
                     continue
-                # Blocks in a row together: to enter the loop takes longer than a block.
                 first = np.uint64(begin + block * BLOCK)
-                while block < high and active[n, block]:
-                    block += 1
-                last = min(np.uint64(begin + block * BLOCK), chunk_end)
-                # One of these becomes a loop without what a collider at rest does not need; plain
-                # constants would be compiled each for itself.
+                if active[n, block] == IN_REACH and not is_near(
+                    types[n], first, after, rho, fields, point, rotation, limits, constants
+                ):
+                    continue
                 if moves:
-                    contact(
-                        types[n], first, last, fields, before, after, velocity, former, mass,
-                        rho, rows, number, n, gravity, h, sums, chunk, np.bool_(True),
+                    touched = respond_to_moving(
+                        types[n], first, before, after, velocity, former, rho, mass, fields,
+                        point, rotation, spin, surface, limits, constants, times, totals,
                     )  # fmt: skip
                 else:
-                    contact(
-                        types[n], first, last, fields, before, after, velocity, former, mass,
-                        rho, rows, number, n, gravity, h, sums, chunk, np.bool_(False),
+                    touched = respond(
+                        types[n], first, before, after, velocity, former, rho, mass, fields,
+                        point, rotation, spin, surface, limits, constants, times, totals,
                     )  # fmt: skip
+                active[n, block] = IN_TOUCH if touched > 0 else IN_REACH
+                sums[n, chunk, TOUCHED] += touched
+                sums[n, chunk, TOUCHING] += touched
+            _add_totals(totals, gravity, sums[n, chunk])
 
     return resolve

@@ -8,45 +8,58 @@ from collections.abc import Set
 import numpy as np
 
 from ..grid import GHOST
-from ..kernels.jit import Kernel, inlined, kernel
+from ..kernels.jit import Kernel, disjoint, kernel
 from .minimum import least
-from .particle_contact import BLOCK, load_row
-from .shapes import mesh_distance
-from .shapes.by_kind import IN_LOOPS, by_kind
+from .particle_contact import BLOCK, IN_REACH, load_row
+from .shapes.by_kind import DISTANCES, by_kind
+from .shapes.shape import ONE, ZERO
 
 # m; what is farther away is a ghost.
 _FAR = 0.1 * GHOST
 
 
-def _gap_loop(kind: int) -> Kernel:
-    """Return the loop that computes the gaps between particles and one shape."""
-    distance = IN_LOOPS[kind]
+def _bound(kind: int) -> Kernel:
+    """Return the part that bounds the gaps between a block and a shape."""
+    distance = DISTANCES[kind]
 
-    @inlined
-    def loop(first, last, fields, position, velocity, begin, rho, rows, n, h, gaps):  # type: ignore[no-untyped-def]
-        """Write what is left of the gaps if particles move towards the shape for `h` s, m."""
-        rotation, point, _, _, others, constants = load_row(rows, np.int64(0), n)
-        px, py, pz = point
-        inset, far = others[0], gaps.dtype.type(_FAR)
-        for i in range(first, last):
-            x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
-            gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields, i - first)
-            u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
+    @disjoint
+    def comes_near(  # type: ignore[no-untyped-def]
+        first, position, velocity, rho, fields, point, rotation, inset, constants, h, approach,
+        lowest,
+    ):  # fmt: skip
+        """
+        Return whether a block comes into reach if it moves towards the shape for `h` s.
+
+        Parameters
+        ----------
+        first, position, velocity
+            Flat index of its first particle; positions and velocities as arrays of x, y and z.
+        rho, fields
+            See `ContactTable`.
+        point, rotation, inset, constants
+            Of the collider, see `particle_contact.load_row`.
+        approach
+            By how much the collider may move, m.
+        lowest
+            Least bound of a gap at each place in a block, m; decreased.
+
+        """
+        (xs, ys, zs), (us, vs, ws), (px, py, pz) = position, velocity, point
+        zero, one, far = constants[ZERO], constants[ONE], lowest.dtype.type(_FAR)
+        near = zero
+        for lane in range(np.uint64(BLOCK)):
+            i = first + lane
+            x, y, z = xs[i] - px, ys[i] - py, zs[i] - pz
+            gap, _, _, _ = distance(x, y, z, rotation, constants, rho[i], fields)
+            u, v, w = us[i], vs[i], ws[i]
             gap += inset - h * np.sqrt(u * u + v * v + w * w)
             # Not of a ghost, which may be on either side of a plane.
-            gaps[i - begin] = gap if position[0, i] < far else far
+            gap = gap if xs[i] < far else far
+            near += zero if gap > approach else one
+            lowest[lane] = gap if gap < lowest[lane] else lowest[lane]
+        return near > zero
 
-    if kind != mesh_distance.KIND:
-        return loop
-    tiles = mesh_distance.in_tiles(loop)
-
-    @inlined
-    def tiled(first, last, fields, position, velocity, begin, rho, rows, n, h, gaps):  # type: ignore[no-untyped-def]
-        rotation, point, _, _, _, constants = load_row(rows, np.int64(0), n)
-        arguments = (position, velocity, begin, rho, rows, n, h, gaps)
-        tiles(first, last, position, point, rotation, constants, fields, arguments)
-
-    return tiled
+    return comes_near
 
 
 @functools.cache
@@ -68,26 +81,28 @@ def compose_search(kinds: Set[int]) -> Kernel:
         Receives a bound of the distance that is left between the sheet and each collider, m.
 
     """
-    write_gaps = by_kind(kinds, _gap_loop)
+    comes_near = by_kind(kinds, _bound)
 
     @kernel
     def search(position, velocity, begin, end, seconds, contacts, approaches, clearances):  # type: ignore[no-untyped-def]
-        types, rows, active, rho, _, values, shares, starts, _ = contacts
+        types, rows, active, rho, _, values, shares, starts, _, _ = contacts
         number = velocity.dtype.type
-        far = number(_FAR)
-        gaps = np.empty(end - begin, velocity.dtype)
-        first, last = np.uint64(begin), np.uint64(end)
+        far, h = number(_FAR), number(seconds)
+        lowest = np.empty(BLOCK, velocity.dtype)
+        position = (position[0], position[1], position[2])
+        velocity = (velocity[0], velocity[1], velocity[2])
         for n in range(len(types)):
+            rotation, point, _, _, limits, constants = load_row(rows, np.int64(0), n)
             fields = (values, shares, np.uint64(starts[n]))
-            write_gaps(
-                types[n], first, last, fields, position, velocity, first, rho, rows, n,
-                number(seconds), gaps,
-            )  # fmt: skip
-            clearance = far
+            approach = number(approaches[n])
+            lowest[:] = far
             for block in range(active.shape[1]):
-                nearest = least(gaps, block * BLOCK, far)
-                active[n, block] = 0 if nearest > approaches[n] else 1
-                clearance = min(clearance, nearest)
-            clearances[n] = clearance
+                first = np.uint64(begin + block * BLOCK)
+                near = comes_near(
+                    types[n], first, position, velocity, rho, fields, point, rotation, limits[0],
+                    constants, h, approach, lowest,
+                )  # fmt: skip
+                active[n, block] = IN_REACH if near else 0
+            clearances[n] = least(lowest, far)
 
     return search

@@ -8,7 +8,6 @@ from ..grid import GHOST
 from ..kernels.jit import exact, exact_subroutine, kernel
 from .deepest_point import deepest_point
 from .distance import distance_from, in_own_frame
-from .minimum import least
 from .particle_contact import BLOCK, POINT
 from .sheet_bounds import longest_edges
 
@@ -50,24 +49,24 @@ def has_grown(position, begin, end, stride, rho, active, cells):  # type: ignore
 
     """
     number = position.dtype.type
-    zero, factor = number(0), number(4.0 * _LARGER)
-    row, one = np.uint64(stride), np.uint64(1)
-    margins = np.empty(BLOCK, position.dtype)
-    left = zero
+    zero, one, factor = number(0), number(1), number(4.0 * _LARGER)
+    row, step = np.uint64(stride), np.uint64(1)
+    longest_edges(position, np.uint64(begin) - row - step, np.uint64(end), row, cells)
     for block in range(active.shape[1]):
         near = 0
         for n in range(len(active)):
             near += active[n, block]
         if near == 0:
             continue
-        first = np.uint64(begin + block * BLOCK)
-        last = np.uint64(min(begin + (block + 1) * BLOCK, end))
-        longest_edges(position, first - row - one, last, row, cells)
-        for i in range(first, last):
-            squared = max(max(cells[i], cells[i - one]), max(cells[i - row], cells[i - row - one]))
-            margins[i - first] = factor * rho[i] * rho[i] - squared
-        left = min(left, least(margins, 0, zero))
-    return left < zero
+        first, larger = np.uint64(begin + block * BLOCK), zero
+        for i in range(first, first + np.uint64(BLOCK)):
+            squared = max(
+                max(cells[i], cells[i - step]), max(cells[i - row], cells[i - row - step])
+            )
+            larger += one if squared > factor * rho[i] * rho[i] else zero
+        if larger > zero:
+            return True
+    return False
 
 
 @exact

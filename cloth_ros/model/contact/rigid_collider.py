@@ -29,6 +29,8 @@ from .shapes import shape_of
 from .shapes.capsule import capsule
 from .shapes.shape import COMMON, CONSTANTS
 
+# Share of its inner radius by which collider and sheet may approach each other in a substep.
+_TRAVEL = 0.25
 # A collider is small, if its blunt radius is below so many circumradii of the triangles.
 _SMALL = 1.5
 # Speed, m/s, at which a collider grows that was placed inside the sheet.
@@ -124,6 +126,15 @@ class RigidCollider:
         self._seconds = 0.0
         self.work, self.touching = 0.0, 0
         self._total = [0.0] * 6  # impulse, and moment about the origin, in this advance
+
+    def is_sharp(self, travel: float) -> bool:
+        """Return whether contact of particles alone lets triangles in, in a motion of `travel` m."""
+        inner_radius = self.shape.inner_radius
+        if math.isinf(inner_radius):  # a plane never does
+            return False
+        # True for NaN.
+        slow = travel < _TRAVEL * inner_radius
+        return self.small or self.inset > 0.5 * inner_radius or not slow
 
     @property
     def position(self) -> Vector:

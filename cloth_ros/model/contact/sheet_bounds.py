@@ -6,7 +6,7 @@ import numpy as np
 
 from ..grid import GHOST_DISTANCE_SQUARED
 from ..kernels.jit import inlined, kernel
-from .minimum import least_of_all
+from .minimum import least
 
 # Factor on the longest edge: velocities change in a batch, and a small motion is not followed.
 _MARGIN = 1.03
@@ -55,7 +55,7 @@ def _stretched(longest, position, velocity, i, j, seconds, ghost):  # type: igno
 
 @kernel
 def measure_triangles(  # type: ignore[no-untyped-def]
-    position, velocity, begin, end, stride, elapsed, seconds, least, most, cells, rho
+    position, velocity, begin, end, stride, elapsed, seconds, least_rho, most_rho, cells, rho
 ):
     """
     Bound for each particle the circumradius of its triangles, m.
@@ -69,7 +69,7 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         Of the sheet, as in `Grid` and `State`.
     elapsed, seconds
         Time since the last call, and time for which sizes are predicted, s.
-    least, most
+    least_rho, most_rho
         Of the bound, m.
     cells
         Receives the squared longest edge of the cell that begins at a particle, shape (size,).
@@ -86,8 +86,8 @@ def measure_triangles(  # type: ignore[no-untyped-def]
     number = position.dtype.type
     zero, ghost, t = number(0), number(GHOST_DISTANCE_SQUARED), number(seconds)
     half, kept = number(0.5 * _MARGIN), number(max(1.0 - elapsed / _MEMORY, 0.0))
-    floor, ceiling = number(least), number(most)
-    rise = number(least * elapsed / _RISE)
+    floor, ceiling = number(least_rho), number(most_rho)
+    rise = number(least_rho * elapsed / _RISE)
     row, one = np.uint64(stride), np.uint64(1)
     first, last = np.uint64(begin), np.uint64(end)
     margins = np.empty(end - begin, position.dtype)
@@ -106,4 +106,4 @@ def measure_triangles(  # type: ignore[no-untyped-def]
         wanted = min(largest, ceiling)
         rho[i] = max(min(max(wanted, kept * now), now + rise), floor)
         margins[i - first] = rho[i] - largest
-    return -least_of_all(margins, zero)
+    return -least(margins, zero)

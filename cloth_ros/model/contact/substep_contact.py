@@ -109,6 +109,7 @@ class SubstepContact:
         """Return which colliders have touched the sheet, and which still cut triangles."""
         if not near:
             return [], []
+        self._particles.measure(state, times[1] - times[0], fastest)
         table = self._particles.table(state, near, times, fastest)
         kicks.resolve_contact(state, times[1] - times[0], table)
         touching = self._particles.take(state, near, table)

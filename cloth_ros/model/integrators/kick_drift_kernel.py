@@ -18,11 +18,10 @@ from ..contact import particle_contact
 from ..forces.aerodynamics import air_impulse, area_vector
 from ..forces.springs import spring_acceleration
 from ..grippers.held_particles import hold, hold_midpoint
-from ..kernels.jit import Kernel, inlined, kernel
+from ..kernels.jit import Kernel, disjoint, inlined, kernel
 from ..kernels.thread_pool import (
     CHUNK,
     barrier,
-    chunk_length,
     claim_chunk,
     mark_done,
     notify,
@@ -50,41 +49,52 @@ _OPERATION, _DECAY, _GAIN, _LENGTH, _DASHPOTS, _AIR = range(6)
 
 
 @inlined
+def _rows(field):  # type: ignore[no-untyped-def]
+    """Return x, y and z of a field as arrays, as `disjoint` parts of kernels need them."""
+    return field[0], field[1], field[2]
+
+
+@disjoint
 def _drift(first, last, position, back_buffer, velocity, former, h, keep):  # type: ignore[no-untyped-def]
+    (xs, ys, zs), (us, vs, ws) = back_buffer, former
     for i in range(first, last):
+        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
         if keep:
-            former[0, i], former[1, i], former[2, i] = (
-                velocity[0, i], velocity[1, i], velocity[2, i]
-            )  # fmt: skip
-        back_buffer[0, i] = position[0, i] + h * velocity[0, i]
-        back_buffer[1, i] = position[1, i] + h * velocity[1, i]
-        back_buffer[2, i] = position[2, i] + h * velocity[2, i]
+            us[i], vs[i], ws[i] = u, v, w
+        xs[i], ys[i], zs[i] = (
+            position[0, i] + h * u,
+            position[1, i] + h * v,
+            position[2, i] + h * w,
+        )
 
 
-@inlined
+@disjoint
 def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h):  # type: ignore[no-untyped-def]
+    (xs, ys, zs), (us, vs, ws) = back_buffer, velocity
     for i in range(first, last):
         u, v, w = midpoint[0, i], midpoint[1, i], midpoint[2, i]
-        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-        back_buffer[0, i] = position[0, i] + h * u
-        back_buffer[1, i] = position[1, i] + h * v
-        back_buffer[2, i] = position[2, i] + h * w
+        us[i], vs[i], ws[i] = u, v, w
+        xs[i], ys[i], zs[i] = (
+            position[0, i] + h * u,
+            position[1, i] + h * v,
+            position[2, i] + h * w,
+        )
 
 
-@inlined
+@disjoint
 def _accelerate(  # type: ignore[no-untyped-def]
     first, last, position, velocity, out, mobility, row, springs, dashpots,
     structural, shear, bending, damped, double,
 ):  # fmt: skip
+    xs, ys, zs = out
     for i in range(first, last):
-        x, y, z = spring_acceleration(
+        xs[i], ys[i], zs[i] = spring_acceleration(
             position, velocity, i, row, mobility, springs, dashpots,
             structural, shear, bending, damped, double,
         )  # fmt: skip
-        out[0, i], out[1, i], out[2, i] = x, y, z
 
 
-@inlined
+@disjoint
 def _kick(  # type: ignore[no-untyped-def]
     first, last, position, velocity, out, former, acceleration, mobility, row, air_velocity,
     decay, gain, strength, bounds, air, keep,
@@ -92,11 +102,12 @@ def _kick(  # type: ignore[no-untyped-def]
     """Kick; return the work of the air on what it accelerates, J per kg of a cell."""
     zero, unit = velocity.dtype.type(0), velocity.dtype.type(1)
     quarter = velocity.dtype.type(0.25)
+    (us, vs, ws), (us_was, vs_was, ws_was) = out, former
     work = zero
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
         if keep:
-            former[0, i], former[1, i], former[2, i] = u, v, w
+            us_was[i], vs_was[i], ws_was[i] = u, v, w
         x = decay * u + gain * acceleration[0, i]
         y = decay * v + gain * acceleration[1, i]
         z = decay * w + gain * acceleration[2, i]
@@ -113,7 +124,7 @@ def _kick(  # type: ignore[no-untyped-def]
             along = change * (p * normal[0] + q * normal[1] + r * normal[2])
             work += unit / max(inverse_mass, unit) * max(along + min(change * mean, zero), zero)
             x, y, z = x + change * normal[0], y + change * normal[1], z + change * normal[2]
-        out[0, i], out[1, i], out[2, i] = x, y, z
+        us[i], vs[i], ws[i] = x, y, z
     return work
 
 
@@ -159,6 +170,27 @@ def compose(
     # Without a collider nothing calls it.
     resolve: Any = particle_contact.compose(kinds, several) if contact else None
 
+    @disjoint
+    def kick_by_springs(  # type: ignore[no-untyped-def]
+        first, last, position, back_buffer, velocity, former, mobility, row, springs, dashpots,
+        decay, gain, h,
+    ):  # fmt: skip
+        # To the back buffer: neighbours still read the old positions.
+        (xs, ys, zs), (us, vs, ws), (us_was, vs_was, ws_was) = back_buffer, velocity, former
+        for i in range(first, last):
+            x, y, z = spring_acceleration(
+                position, position, i, row, mobility, springs, dashpots,
+                structural, shear, bending, False, double,
+            )  # fmt: skip
+            u, v, w = us[i], vs[i], ws[i]
+            if keep:
+                us_was[i], vs_was[i], ws_was[i] = u, v, w
+            u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
+            us[i], vs[i], ws[i] = u, v, w
+            xs[i], ys[i], zs[i] = (
+                position[0, i] + h * u, position[1, i] + h * v, position[2, i] + h * w
+            )  # fmt: skip
+
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
@@ -168,8 +200,7 @@ def compose(
         notify(notified, thread)
         number = velocity.dtype.type
         row = np.uint64(stride)
-        size = chunk_length(threads, begin, end)
-        chunks = (end - begin + size - 1) // size
+        chunks = (end - begin + CHUNK - 1) // CHUNK
         drifts = np.int64(0)  # a literal would be compiled for itself
         for n in range(len(table)):
             operation = int(table[n, _OPERATION])
@@ -178,51 +209,43 @@ def compose(
             dashpots, strength = number(table[n, _DASHPOTS]), number(table[n, _AIR])
             chunk = claim_chunk(counters, thread, threads, chunks, n)
             while chunk >= 0:
-                first = np.uint64(begin + chunk * size)
-                last = np.uint64(min(begin + (chunk + 1) * size, end))
+                first = np.uint64(begin + chunk * CHUNK)
+                last = np.uint64(min(begin + (chunk + 1) * CHUNK, end))
                 if operation == DRIFT:
-                    _drift(first, last, position, back_buffer, velocity, former, h, keep)
+                    _drift(
+                        first, last, position, _rows(back_buffer), velocity, _rows(former), h, keep
+                    )
                 elif operation == KICK_BY_SPRINGS:
-                    for i in range(first, last):
-                        x, y, z = spring_acceleration(
-                            position, velocity, i, row, mobility, springs, dashpots,
-                            structural, shear, bending, False, double,
-                        )  # fmt: skip
-                        u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-                        if keep:
-                            former[0, i], former[1, i], former[2, i] = u, v, w
-                        u, v, w = decay * u + gain * x, decay * v + gain * y, decay * w + gain * z
-                        velocity[0, i], velocity[1, i], velocity[2, i] = u, v, w
-                        # To the back buffer: neighbours still read the old positions.
-                        back_buffer[0, i] = position[0, i] + h * u
-                        back_buffer[1, i] = position[1, i] + h * v
-                        back_buffer[2, i] = position[2, i] + h * w
+                    kick_by_springs(
+                        first, last, position, _rows(back_buffer), _rows(velocity), _rows(former),
+                        mobility, row, springs, dashpots, decay, gain, h,
+                    )  # fmt: skip
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
-                            first, last, position, velocity, acceleration, mobility,
+                            first, last, position, velocity, _rows(acceleration), mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
-                            first, last, position, midpoint, acceleration, mobility,
+                            first, last, position, midpoint, _rows(acceleration), mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
-                            first, last, position, velocity, midpoint, former, acceleration,
-                            mobility, row, air_velocity, decay, gain, strength, bounds, air,
-                            keep,
+                            first, last, position, velocity, _rows(midpoint), _rows(former),
+                            acceleration, mobility, row, air_velocity, decay, gain, strength,
+                            bounds, air, keep,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
-                            first, last, position, velocity, midpoint, former, acceleration,
-                            mobility, row, air_velocity, decay, gain, strength, bounds, air,
-                            keep,
+                            first, last, position, velocity, _rows(midpoint), _rows(former),
+                            acceleration, mobility, row, air_velocity, decay, gain, strength,
+                            bounds, air, keep,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
                         _update_and_drift(
-                            first, last, position, back_buffer, velocity, midpoint, h
+                            first, last, position, _rows(back_buffer), _rows(velocity), midpoint, h
                         )
                 if sweeping and operation == SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
@@ -241,15 +264,10 @@ def compose(
                         before, after = back_buffer, position
                     if operation <= KICK or operation == RESOLVE:
                         gravity = (springs[0], springs[1], springs[2])
-                        # The sums of contact are those of chunks, whatever the number of threads.
-                        stop = min((chunk + 1) * size, end - begin)
-                        for part in range(chunk * size // CHUNK, (stop + CHUNK - 1) // CHUNK):
-                            first = np.uint64(begin + part * CHUNK)
-                            last = np.uint64(begin + min((part + 1) * CHUNK, stop))
-                            resolve(
-                                begin, first, last, part, drifts, h, before, after, velocity,
-                                former, gravity, contacts,
-                            )  # fmt: skip
+                        resolve(
+                            begin, first, last, chunk, drifts, h, before, after, velocity, former,
+                            gravity, contacts,
+                        )  # fmt: skip
                 mark_done(counters)
                 chunk = claim_chunk(counters, thread, threads, chunks, n)
             barrier(counters, chunks, n)

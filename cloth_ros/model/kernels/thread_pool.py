@@ -46,12 +46,6 @@ _sched_yield = types.ExternalFunction('sched_yield', types.int32())
 
 
 @inlined
-def chunk_length(threads, begin, end):  # type: ignore[no-untyped-def]
-    """Return the length of a chunk: one thread alone makes a loop in one piece."""
-    return end - begin if threads == 1 else CHUNK
-
-
-@inlined
 def claim_chunk(counters, thread, threads, chunks, number):  # type: ignore[no-untyped-def]
     """Claim a chunk of loop `number` for this thread; return its index, or -1 if none is left."""
     for other in range(threads):

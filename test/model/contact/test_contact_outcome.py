@@ -9,6 +9,8 @@ from builders import NEGLIGIBLE_AIR, PRECISIONS, bits, cloth_of
 from colliders import NAME, each_shape, solid, turn
 
 from cloth_ros import Cloth
+from cloth_ros.model.contact.particle_batch import ParticleBatch
+from cloth_ros.model.contact.particle_contact import IN_TOUCH
 from cloth_ros.model.snapshot_file import decode, encode
 
 AIR = {'wind__air_density': 1.2}
@@ -98,6 +100,24 @@ def test_other_batches_change_less_than_other_substeps(folder, shape):
     for rate in (30, 120):
         change = positions(rate, 3000 // rate) - one
         assert np.linalg.norm(change) < 0.5 * np.linalg.norm(finer - one)
+
+
+@pytest.mark.parametrize('shape', each_shape())
+def test_blocks_that_touch_nothing_may_be_passed_over(folder, shape, monkeypatch):
+    """The same as if contact were computed for all blocks in reach in every drift, to the bit."""
+    found = moving(folder, shape, seconds=0.2, rate=60)
+    table = ParticleBatch.table
+
+    def all_in_touch(self, *arguments):
+        contacts = table(self, *arguments)
+        contacts.active[contacts.active != 0] = IN_TOUCH
+        return contacts
+
+    monkeypatch.setattr(ParticleBatch, 'table', all_in_touch)
+    same = moving(folder, shape, seconds=0.2, rate=60)
+    assert np.abs(found.contact_wrench(NAME)[0]).max() > 0.1  # N
+    assert np.array_equal(found.positions, same.positions)
+    assert np.array_equal(found.velocities, same.velocities)
 
 
 @pytest.mark.parametrize('shape', each_shape())

@@ -13,22 +13,6 @@ DISTANCES: dict[int, Distance] = {
 }
 
 
-def _in_loop(distance: Distance) -> Kernel:
-    """Return a distance as loops over particles take it."""
-
-    @inlined
-    def indexed(x, y, z, rotation, constants, rho, fields, _):  # type: ignore[no-untyped-def]
-        return distance(x, y, z, rotation, constants, rho, fields)
-
-    return indexed
-
-
-# The same for loops over particles; these pass the number of a particle in the loop as well, for
-# which `mesh_distance.in_tiles` has fetched the fields of a mesh.
-IN_LOOPS: dict[int, Kernel] = {kind: _in_loop(each) for kind, each in DISTANCES.items()}
-IN_LOOPS[mesh_distance.KIND] = mesh_distance.fetched_distance
-
-
 def by_kind(kinds: Set[int], part: Callable[[int], Kernel]) -> Kernel:
     """
     Return a part of kernels for shapes of several kinds; it takes the kind before its arguments.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...kernels.jit import Kernel, inlined
+from ...kernels.jit import inlined
 from .shape import ONE, TINY, ZERO, to_local, to_world
 
 KIND = 5
@@ -12,11 +12,6 @@ KIND = 5
 # grid.  Triangles are kept out of that offset: at sharp edges the true surface is outside of the
 # interpolated one.
 MARGIN = 8
-
-
-# Particles whose nodes are fetched together, and numbers that are fetched for each: distances and
-# shares at the eight nodes of its cell.
-TILE, _CORNERS = 256, 16
 
 
 @inlined
@@ -63,34 +58,14 @@ def _node(fa, fb, fc, constants):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _interpolate(x, y, z, rotation, constants, rho, f, s):  # type: ignore[no-untyped-def]
-    """Return distance and normal at a point, from the distances and shares of its eight nodes."""
-    zero, one = constants[ZERO], constants[ONE]
-    x, y, z, a, b, c = _locate(x, y, z, rotation, constants)
-    fa, fb, fc = _cell(a, b, c, constants)
-    p, q, r = a - fa, b - fb, c - fc
-    # Along z, then y, then x; the differences are the gradient.
+def _interpolate(f, p, q, r):  # type: ignore[no-untyped-def]
+    """Return a number at a point of a cell, and its changes across the cell along x, y and z."""
     d00, d01, d10, d11 = f[1] - f[0], f[3] - f[2], f[5] - f[4], f[7] - f[6]
     e00, e01, e10, e11 = f[0] + r * d00, f[2] + r * d01, f[4] + r * d10, f[6] + r * d11
     g0, g1 = e01 - e00, e11 - e10
     h0, h1 = e00 + q * g0, e10 + q * g1
-    gx = h1 - h0
-    value = h0 + p * gx
-    gy = g0 + p * (g1 - g0)
     lower, upper = d00 + q * (d01 - d00), d10 + q * (d11 - d10)
-    gz = lower + p * (upper - lower)
-    s00, s01 = s[0] + r * (s[1] - s[0]), s[2] + r * (s[3] - s[2])
-    s10, s11 = s[4] + r * (s[5] - s[4]), s[6] + r * (s[7] - s[6])
-    s0, s1 = s00 + q * (s01 - s00), s10 + q * (s11 - s10)
-    share = s0 + p * (s1 - s0)
-    # Beyond the grid, which contains the mesh: no point of that is nearer.
-    cell = constants[4]
-    u, v, w = (x - a) * cell, (y - b) * cell, (z - c) * cell
-    squared = u * u + v * v + w * w
-    value = np.sqrt(squared + value * value) if squared > zero else value
-    scale = one / np.sqrt(max(gx * gx + gy * gy + gz * gz, constants[TINY]))
-    nx, ny, nz = to_world(rotation, scale * gx, scale * gy, scale * gz)
-    return value - share * rho, nx, ny, nz
+    return h0 + p * (h1 - h0), h1 - h0, g0 + p * (g1 - g0), lower + p * (upper - lower)
 
 
 @inlined
@@ -112,54 +87,20 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     begin.
     """
     values, shares, start = fields
-    _, _, _, a, b, c = _locate(x, y, z, rotation, constants)
+    zero, one = constants[ZERO], constants[ONE]
+    x, y, z, a, b, c = _locate(x, y, z, rotation, constants)
     fa, fb, fc = _cell(a, b, c, constants)
     n, sx, sy = _node(fa, fb, fc, constants)
-    f, s = _eight(values, start + n, sx, sy), _eight(shares, start + n, sx, sy)
-    return _interpolate(x, y, z, rotation, constants, rho, f, s)
-
-
-@inlined
-def fetched_distance(x, y, z, rotation, constants, rho, corners, k):  # type: ignore[no-untyped-def]
-    """Return the same for particle `k` of a tile, whose nodes `in_tiles` has fetched."""
-    f = (
-        corners[0, k], corners[1, k], corners[2, k], corners[3, k],
-        corners[4, k], corners[5, k], corners[6, k], corners[7, k],
-    )  # fmt: skip
-    s = (
-        corners[8, k], corners[9, k], corners[10, k], corners[11, k],
-        corners[12, k], corners[13, k], corners[14, k], corners[15, k],
-    )  # fmt: skip
-    return _interpolate(x, y, z, rotation, constants, rho, f, s)
-
-
-def in_tiles(loop: Kernel) -> Kernel:
-    """
-    Return a loop over particles in tiles, for which the nodes of their cells are fetched before.
-
-    LLVM vectorises no loop that also stores if it reads from places that are computed in it.
-    `loop` takes the range of a tile, the numbers fetched, and `arguments`.
-    """
-
-    @inlined
-    def tiles(first, last, position, point, rotation, constants, fields, arguments):  # type: ignore[no-untyped-def]
-        values, shares, start = fields
-        px, py, pz = point
-        corners = np.empty((_CORNERS, TILE), position.dtype)
-        nodes = np.empty(TILE, np.uint64)
-        for begin in range(first, last, np.uint64(TILE)):
-            end = min(begin + np.uint64(TILE), last)
-            sx = sy = np.uint64(0)
-            for i in range(begin, end):
-                x, y, z = position[0, i] - px, position[1, i] - py, position[2, i] - pz
-                _, _, _, a, b, c = _locate(x, y, z, rotation, constants)
-                fa, fb, fc = _cell(a, b, c, constants)
-                n, sx, sy = _node(fa, fb, fc, constants)
-                nodes[i - begin] = start + n
-            for k in range(np.uint64(0), end - begin):
-                f, s = _eight(values, nodes[k], sx, sy), _eight(shares, nodes[k], sx, sy)
-                for m in range(8):
-                    corners[m, k], corners[m + 8, k] = f[m], s[m]
-            loop(begin, end, corners, *arguments)
-
-    return tiles
+    p, q, r = a - fa, b - fb, c - fc
+    value, gx, gy, gz = _interpolate(_eight(values, start + n, sx, sy), p, q, r)
+    share, tx, ty, tz = _interpolate(_eight(shares, start + n, sx, sy), p, q, r)
+    # Beyond the grid, which contains the mesh: no point of that is nearer.
+    cell = constants[4]
+    u, v, w = (x - a) * cell, (y - b) * cell, (z - c) * cell
+    squared = u * u + v * v + w * w
+    value = np.sqrt(squared + value * value) if squared > zero else value
+    # The offset changes beside edges: its surface is inclined to that of the mesh.
+    gx, gy, gz = gx - rho * tx, gy - rho * ty, gz - rho * tz
+    scale = one / np.sqrt(max(gx * gx + gy * gy + gz * gz, constants[TINY]))
+    nx, ny, nz = to_world(rotation, scale * gx, scale * gy, scale * gz)
+    return value - share * rho, nx, ny, nz

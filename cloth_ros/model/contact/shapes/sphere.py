@@ -30,9 +30,9 @@ def distance(x, y, z, rotation, constants, rho, fields):  # type: ignore[no-unty
     squared = max(one + (kappa + kappa) * s, constants[TINY])
     scale, root = reciprocal_root(one, squared)
     share, _ = reciprocal_root(one, one + root)
-    _, far = reciprocal_root(one, one + kappa * kappa * rho * rho)
-    part, _ = reciprocal_root(one, one + far)
-    offset = kappa * rho * rho * part * part
+    half = constants[HALF]
+    flat = half * kappa * kappa * rho * rho
+    offset = half * kappa * rho * rho * (one - half * min(flat, half) * (one - min(flat, half)))
     return (
         (s + s) * share * share - offset,
         scale * (nx + kappa * x),
