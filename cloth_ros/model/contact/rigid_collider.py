@@ -128,7 +128,7 @@ class RigidCollider:
         self._total = [0.0] * 6  # impulse, and moment about the origin, in this advance
 
     def is_sharp(self, travel: float) -> bool:
-        """Return whether contact of particles alone lets triangles in, in a motion of `travel` m."""
+        """Return whether contact of particles lets triangles in, in a step of `travel` m."""
         inner_radius = self.shape.inner_radius
         if math.isinf(inner_radius):  # a plane never does
             return False
