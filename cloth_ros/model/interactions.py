@@ -123,7 +123,9 @@ class Interactions:
             batch = (1 - ROUNDING) * self.contact.longest_batch(state)
             most = min(most, max(math.ceil(batch / h), CHECK_INTERVAL))
         if self.self_contact is not None:
-            most = self.self_contact.part(count, min(most, CHECK_INTERVAL))
+            if not self.self_contact.is_calm(state, min(count, most) * h):
+                most = min(most, CHECK_INTERVAL)
+            most = self.self_contact.part(count, most)
         return most
 
     def apply(

@@ -11,7 +11,7 @@ import numpy as np
 from ..grid import Array
 from .interfaces import Drift
 
-# Length of a part, s, at most.
+# Length of a part of several steps, s, at most.
 LONGEST = 1 / 120
 # Relative rounding of durations.
 _ROUNDING = 1e-6
@@ -45,9 +45,9 @@ class BatchParts(NamedTuple):
 
 
 def parts_of(steps: tuple[Drift, ...]) -> BatchParts:
-    """Return a batch in parts that are not longer than `LONGEST`."""
+    """Return a batch in parts that are not longer than `LONGEST`, or of one step."""
     times = np.cumsum([0.0, *[step.drift for step in steps]])
-    count = max(math.ceil(times[-1] / LONGEST * (1 - _ROUNDING)), 1)
+    count = max(min(math.ceil(times[-1] / LONGEST * (1 - _ROUNDING)), len(steps)), 1)
     ends = [math.ceil(len(steps) * n / count) for n in range(count + 1)]
     parts = [
         Part(steps[first:last], float(times[last] - times[first]))

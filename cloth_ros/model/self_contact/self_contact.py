@@ -22,7 +22,7 @@ from ...scene import Scene
 from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..kernels.thread_pool import shared_thread_pool
-from ..state import State
+from ..state import State, max_speed
 from .contact_rows import FACES, LAST, write_contacts
 from .contact_search import FOUND, find_contacts
 from .intersections import check_free_of_intersections
@@ -47,7 +47,8 @@ _STALE = 0.05
 _MIN_DIVIDED = 4096
 # Gap, in thicknesses, up to which a collider supports a particle.
 _TOUCH = 0.1
-# Largest divisor of parts, and parts without a blocked path after which it is halved.
+# Largest divisor of parts, and parts without a blocked path after which it is halved, or
+# without contact after which they may be longer.
 MAX_DIVISION, _PATIENCE = 16, 16
 
 
@@ -125,6 +126,11 @@ class SelfContact:
         self._origin = None
         self.division, self._free = pace
 
+    def is_calm(self, state: State, seconds: float) -> bool:
+        """Return whether there was no contact of late, and nothing moves far in `seconds`."""
+        apart = self.division == 1 and self._free >= _PATIENCE
+        return apart and seconds * max_speed(state) < self._thickness
+
     def part(self, count: int, most: int) -> int:
         """Return how many of the next `count` substeps make a part, at most `most`."""
         parts = math.ceil(count / most) * self.division
@@ -132,12 +138,13 @@ class SelfContact:
 
     @property
     def pace(self) -> tuple[int, int]:
-        """Divisor of parts, and parts in a row in which no path was blocked."""
+        """Divisor of parts, and parts in a row with no path blocked, and undivided no contact."""
         return self.division, self._free
 
     def _adapt(self, *, blocked: bool) -> None:
         """Divide parts further where paths were blocked: to move particles back adds energy."""
-        self._free = 0 if blocked else self._free + 1
+        touched = self.division == 1 and self.contacts > 0
+        self._free = 0 if blocked or touched else self._free + 1
         if blocked:
             self.division = min(2 * self.division, MAX_DIVISION)
         elif self._free >= _PATIENCE and self.division > 1:
