@@ -1,11 +1,11 @@
 """
 Cost of the contact of a sheet with itself: ``python -m bench.self_contact``.
 
-A towel of 0.6 m hangs, or lies flat on a table, with self-contact, which is not needed there, and
-without; or lies on the table folded into four layers.  Prints Markdown: milliseconds of processor
-time of one thread for a tick of 1/60 s, median, and the real-time factor of all ticks together:
-new lists make some of them far longer.  With ``--threads 2`` it is elapsed time, on a machine that
-has nothing else to do.
+A towel of 0.6 m swings, hangs at rest, or lies flat on a table, with self-contact, which is not
+needed there, and without; or lies on the table folded into four layers.  Prints Markdown:
+milliseconds of processor time of one thread for a tick of 1/60 s, median, and the real-time factor
+of all ticks together: new lists make some of them far longer.  With ``--threads 2`` it is elapsed
+time, on a machine that has nothing else to do.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ from .layers import folded, folded_again
 TICK = 1 / 60
 SIZE, THICKNESS = 0.6, 0.003
 _TICKS = 120
+# Seconds after which a towel swings that hangs from two corners, or lies flat, and hangs at rest.
+_SWINGING, _AT_REST = 1.0, 10.0
 # Seconds in which a folded towel comes to rest, and its drag meanwhile, 1/s.
 _SETTLING, _SETTLING_DRAG = 1.5, 4.0
 
@@ -89,12 +91,16 @@ def main() -> None:
     threads = {'solver__threads': options.threads}
     rows = []
     for side in options.sides:
-        hanging = {'pins': ['0,0', '0,-1'], 'sheet__position': (0.0, 0.0, 1.0)}
-        for state, changes in (('hanging', hanging), ('flat on a table', {})):
+        hanging: dict[str, Any] = {'pins': ['0,0', '0,-1'], 'sheet__position': (0.0, 0.0, 1.0)}
+        for state, seconds, changes in (
+            ('swinging', _SWINGING, hanging),
+            ('hanging', _AT_REST, hanging),
+            ('flat on a table', _SWINGING, {}),
+        ):
             costs = []
             for thickness in (0.0, THICKNESS):
                 cloth = Cloth(towel(side, thickness, **threads, **changes))
-                cloth.advance(1.0)
+                cloth.advance(seconds)
                 costs.append(tick_times(cloth)[0])
             ratio = f'{costs[1] / costs[0]:.2f}'
             rows.append([f'{side}²', state, *(f'{1e3 * cost:.2f}' for cost in costs), ratio, ''])
