@@ -128,6 +128,8 @@ class Contact:
             each.end_advance()
         if self._pinned:
             for each in self._near:
+                if each.clearance > 0:
+                    continue
                 depth = self._particles.depth(each, state, offset=False)
                 if depth > 0 and math.isfinite(each.shape.inner_radius):
                     depth = max(depth, self._triangles.depth(each, state))
