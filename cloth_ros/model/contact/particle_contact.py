@@ -30,7 +30,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from ..kernels.jit import Kernel, disjoint, inlined
+from ..kernels.jit import Kernel, components, disjoint, inlined
 from .shapes.by_kind import DISTANCES, by_kind
 from .shapes.shape import COMMON, CONSTANTS, ONE, ZERO
 
@@ -313,9 +313,8 @@ def compose(kinds: Set[int], several: bool) -> Kernel:
                 for n in range(len(types)):
                     count += active[n, block] != 0
                 sweeps = _SWEEPS if count > 1 else sweeps
-        before, after = (before[0], before[1], before[2]), (after[0], after[1], after[2])
-        velocity = (velocity[0], velocity[1], velocity[2])
-        former = (former[0], former[1], former[2])
+        before, after = components(before), components(after)
+        velocity, former = components(velocity), components(former)
         totals = totals[chunk]
         times = (h, number(1) / h, number(1.0 - np.exp(-np.float64(h) / _CORRECTED)))
         for again in range(sweeps * len(types)):

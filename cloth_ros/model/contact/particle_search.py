@@ -8,7 +8,7 @@ from collections.abc import Set
 import numpy as np
 
 from ..grid import GHOST
-from ..kernels.jit import Kernel, disjoint, kernel
+from ..kernels.jit import Kernel, components, disjoint, kernel
 from .minimum import least
 from .particle_contact import BLOCK, IN_REACH, load_row
 from .shapes.by_kind import DISTANCES, by_kind
@@ -89,8 +89,7 @@ def compose_search(kinds: Set[int]) -> Kernel:
         number = velocity.dtype.type
         far, h = number(_FAR), number(seconds)
         lowest = np.empty(BLOCK, velocity.dtype)
-        position = (position[0], position[1], position[2])
-        velocity = (velocity[0], velocity[1], velocity[2])
+        position, velocity = components(position), components(velocity)
         for n in range(len(types)):
             rotation, point, _, _, limits, constants = load_row(rows, np.int64(0), n)
             fields = (values, shares, np.uint64(starts[n]))

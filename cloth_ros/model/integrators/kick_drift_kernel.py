@@ -18,7 +18,7 @@ from ..contact import particle_contact
 from ..forces.aerodynamics import air_impulse, area_vector
 from ..forces.springs import spring_acceleration
 from ..grippers.held_particles import hold, hold_midpoint
-from ..kernels.jit import Kernel, disjoint, inlined, kernel
+from ..kernels.jit import Kernel, components, disjoint, kernel
 from ..kernels.thread_pool import (
     CHUNK,
     barrier,
@@ -48,32 +48,14 @@ SWEEP_BETWEEN = 8
 _OPERATION, _DECAY, _GAIN, _LENGTH, _DASHPOTS, _AIR = range(6)
 
 
-@inlined
-def _rows(field):  # type: ignore[no-untyped-def]
-    """Return x, y and z of a field as arrays, as `disjoint` parts of kernels need them."""
-    return field[0], field[1], field[2]
-
-
 @disjoint
-def _drift(first, last, position, back_buffer, velocity, former, h, keep):  # type: ignore[no-untyped-def]
-    (xs, ys, zs), (us, vs, ws) = back_buffer, former
+def _drift(first, last, position, back_buffer, velocity, copy, h, copying):  # type: ignore[no-untyped-def]
+    """Drift for `h` s; copy the velocities with which particles do, if `copying`."""
+    (xs, ys, zs), (us, vs, ws) = back_buffer, copy
     for i in range(first, last):
         u, v, w = velocity[0, i], velocity[1, i], velocity[2, i]
-        if keep:
+        if copying:
             us[i], vs[i], ws[i] = u, v, w
-        xs[i], ys[i], zs[i] = (
-            position[0, i] + h * u,
-            position[1, i] + h * v,
-            position[2, i] + h * w,
-        )
-
-
-@disjoint
-def _update_and_drift(first, last, position, back_buffer, velocity, midpoint, h):  # type: ignore[no-untyped-def]
-    (xs, ys, zs), (us, vs, ws) = back_buffer, velocity
-    for i in range(first, last):
-        u, v, w = midpoint[0, i], midpoint[1, i], midpoint[2, i]
-        us[i], vs[i], ws[i] = u, v, w
         xs[i], ys[i], zs[i] = (
             position[0, i] + h * u,
             position[1, i] + h * v,
@@ -213,40 +195,42 @@ def compose(
                 last = np.uint64(min(begin + (chunk + 1) * CHUNK, end))
                 if operation == DRIFT:
                     _drift(
-                        first, last, position, _rows(back_buffer), velocity, _rows(former), h, keep
-                    )
+                        first, last, position, components(back_buffer), velocity,
+                        components(former), h, keep,
+                    )  # fmt: skip
                 elif operation == KICK_BY_SPRINGS:
                     kick_by_springs(
-                        first, last, position, _rows(back_buffer), _rows(velocity), _rows(former),
-                        mobility, row, springs, dashpots, decay, gain, h,
+                        first, last, position, components(back_buffer), components(velocity),
+                        components(former), mobility, row, springs, dashpots, decay, gain, h,
                     )  # fmt: skip
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
-                            first, last, position, velocity, _rows(acceleration), mobility,
+                            first, last, position, velocity, components(acceleration), mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == ACCELERATE_AT_MIDPOINT and damped:
                         _accelerate(
-                            first, last, position, midpoint, _rows(acceleration), mobility,
+                            first, last, position, midpoint, components(acceleration), mobility,
                             row, springs, dashpots, structural, shear, bending, damped, double,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
-                            first, last, position, velocity, _rows(midpoint), _rows(former),
-                            acceleration, mobility, row, air_velocity, decay, gain, strength,
-                            bounds, air, keep,
+                            first, last, position, velocity, components(midpoint),
+                            components(former), acceleration, mobility, row, air_velocity, decay,
+                            gain, strength, bounds, air, keep,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(
-                            first, last, position, velocity, _rows(midpoint), _rows(former),
-                            acceleration, mobility, row, air_velocity, decay, gain, strength,
-                            bounds, air, keep,
+                            first, last, position, velocity, components(midpoint),
+                            components(former), acceleration, mobility, row, air_velocity, decay,
+                            gain, strength, bounds, air, keep,
                         )  # fmt: skip
                         # From `midpoint`: in place, the loop before would not vectorise.
-                        _update_and_drift(
-                            first, last, position, _rows(back_buffer), _rows(velocity), midpoint, h
-                        )
+                        _drift(
+                            first, last, position, components(back_buffer), midpoint,
+                            components(velocity), h, True,
+                        )  # fmt: skip
                 if sweeping and operation == SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
                         sweep(side, h, drifts % 2 == 1, position, velocity, former, sheet_contacts)

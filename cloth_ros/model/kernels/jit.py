@@ -229,6 +229,12 @@ def disjoint(function: Kernel) -> Kernel:
     return _part(function, _DisjointPartCompiler, fastmath=_RELAXED, forceinline=True)
 
 
+@inlined
+def components(field):  # type: ignore[no-untyped-def]
+    """Return x, y and z of a field as arrays of their own, as `disjoint` parts need them."""
+    return field[0], field[1], field[2]
+
+
 def exact(function: Kernel) -> Kernel:
     """Compile a kernel with IEEE arithmetic, where decisions depend on the last bits."""
     return _compiled(function, nogil=True, **_NO_CALLBACK)
