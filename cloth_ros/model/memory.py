@@ -32,13 +32,13 @@ _COPIES = 10
 
 def _kept(scene: Scene, precision: str) -> int:
     """Return the permanent bytes per particle of a cloth."""
-    dissipative = scene.has_air or scene.springs.damping > 0
+    damped = scene.springs.damping > 0
     # Of `State`, of the snapshot at the start of a batch, of `KickDrift`.
-    components = 15 + 6 + 3 * dissipative
+    components = 15 + 6 + 3 * (scene.has_air or damped) + 3 * damped
     # Three lists of indices, the velocities before a kick, and the size of the triangles.
     contact = (12 + 5 * 8) * bool(scene.all_colliders())
     # Numbers about each held particle, at most all of them.
-    grips = 8 * 26 * bool(scene.grippers)
+    grips = 8 * 32 * bool(scene.grippers)
     # Copies of particles, bounds of features and blocks, and 40 pairs of features: four layers.
     own = (8 * 70 + 8 * 60 + 36 * 40) * (scene.self_contact.thickness > 0)
     return components * (8 if precision == 'double' else 4) + contact + grips + own

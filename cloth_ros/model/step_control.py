@@ -254,7 +254,8 @@ class AdaptiveStepControl:
 
     def _present_stable(self, state: State, present: PresentStiffness) -> float:
         """Return the longest substep, s, that is stable in the present state."""
-        return max(PRESENT_SAFETY * self._stable_step(present.bound(state), 0.0), self._stable)
+        longest = self._stable_step(present.bound(state), self._viscous)
+        return max(PRESENT_SAFETY * longest, self._stable)
 
     def _possible(self, state: State, stable: float) -> float:
         """Return the longest substep, s, up to a stable one, that accuracy and speed allow."""

@@ -14,6 +14,7 @@ from ..scene.parameter import PARAMETERS, invalid_value_error
 from . import stability
 from .forces.aerodynamics import coefficient_of_flat_sheet
 from .integrators import INTEGRATORS, Integrator
+from .integrators.dashpot_stages import REACH
 from .integrators.position_verlet import PositionVerlet
 
 # Share of a substep by which a count may be rounded down: a duration that is a whole number of
@@ -46,10 +47,9 @@ BATCH = 5 * CHECK_INTERVAL
 # but in double precision it would.
 _MAX_INTERVAL = 17
 _IMPULSE = 3e-3
-# Share of a velocity that the air, drag, and a dashpot, may then take at once.
+# Share of a velocity that the air, and drag, may then take at once.
 _BY_AIR = 0.1
 _BY_DRAG = 0.05
-_BY_DASHPOTS = 0.5
 
 
 def integrator_for(scene: Scene) -> type[Integrator]:
@@ -104,9 +104,8 @@ def usual_substep(scene: Scene) -> float:
 
 
 def adapts_to_state(scene: Scene) -> bool:
-    """Return whether substeps follow the present state: not if fixed, or without springs alone."""
-    free = not scene.solver.substeps and not scene.springs.damping
-    return free and math.isfinite(stability_limit(scene))
+    """Return whether substeps follow the present state: not if fixed, or without springs."""
+    return not scene.solver.substeps and math.isfinite(stability_limit(scene))
 
 
 def substep_of_travel(scene: Scene, speed: float) -> float:
@@ -162,7 +161,7 @@ def dissipation_interval(scene: Scene, substep: float, viscous: float, airspeed:
         _IMPULSE,
         _BY_AIR / max(air, 1e-9),
         _BY_DRAG / max(scene.drag, 1e-9),
-        _BY_DASHPOTS / max(viscous, 1e-9),
+        REACH / max(viscous, 1e-9),
     )
     # False where not finite.
     interval = int(seconds / substep) if seconds < _MAX_INTERVAL * substep else _MAX_INTERVAL

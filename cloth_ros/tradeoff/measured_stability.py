@@ -112,7 +112,7 @@ class _BalancedStep:
         for step in self._integrator.steps(SubstepBatch(1, h)):
             for row in kick_drift.operations(step):
                 kick_drift.run(state, np.array([row]), (0.0, 0.0, 0.0))
-                if row[0] in (kernel.ACCELERATE, kernel.ACCELERATE_AT_MIDPOINT):
+                if row[0] == kernel.ACCELERATE:
                     state.acceleration -= self._undisturbed
                 if held:
                     state.position[...] = before

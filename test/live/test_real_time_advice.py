@@ -122,9 +122,9 @@ STIFF = scene_of(springs__structural=5e7)
             {'springs.bending', 'sheet.mass', 'sheet.rows', 'solver.overload'},
         ),
         (
-            {'springs.structural': 500.0, 'springs.damping': 50.0},
+            {'springs.structural': 500.0, 'springs.damping': 500.0},
             2e-5,
-            'springs.damping is 50 N·s/m at a mass of 0.2 kg',
+            'springs.damping is 500 N·s/m at a mass of 0.2 kg',
             {'springs.damping', 'sheet.mass', 'sheet.rows', 'solver.overload'},
         ),
         (

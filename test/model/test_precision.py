@@ -198,8 +198,8 @@ def test_the_loss_of_wind_is_bounded(scene, wind, substeps):
         cloth.advance(seconds)
     loss = np.linalg.norm(mean_by_mass(single, single.velocities - double.velocities))
     allowed = (rounding_losses(scene)['wind'] + 1e-6) * kappa * wind**2 * seconds
-    # And less than what moves a particle by a few roundings of its position.
-    assert loss <= allowed + 2**-22 * scene.sheet.diagonal / seconds
+    # And less than what moves a particle by some roundings of its position.
+    assert loss <= allowed + 2**-21 * scene.sheet.diagonal / seconds
 
 
 @pytest.mark.parametrize(

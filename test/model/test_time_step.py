@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cloth_ros import Cloth, Scene
 from cloth_ros.model import check_scene
+from cloth_ros.model.integrators.dashpot_stages import REACH
 from cloth_ros.model.step_control import AdaptiveStepControl
 from cloth_ros.model.time_step import dissipation_interval
 
@@ -77,7 +78,7 @@ def test_a_tighter_tolerance_gives_a_smaller_error():
 def test_the_interval_of_dissipation_is_odd_and_bounded(substep, viscous, airspeed):
     interval = dissipation_interval(Scene(), substep, viscous, airspeed)
     assert interval in range(1, 18, 2)
-    assert interval == 1 or (interval * substep * viscous <= 0.5 and interval * substep <= 3e-3)
+    assert interval == 1 or (interval * substep * viscous <= REACH and interval * substep <= 3e-3)
 
 
 # Step control and observer, which are passed to a cloth

@@ -131,8 +131,8 @@ def stencil_offset(n, row):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _pull(position, velocity, i, j, k, tension, dashpot, damped, double, ghost, coincident):  # type: ignore[no-untyped-def]
-    """Return the acceleration of particle i by its spring to j."""
+def _pull(position, velocity, i, j, k, tension, viscous, double, ghost, coincident):  # type: ignore[no-untyped-def]
+    """Return the acceleration of particle i by its spring to j; if `viscous`, by the dashpot."""
     number = position.dtype.type
     dx = position[0, i] - position[0, j]
     dy = position[1, i] - position[1, j]
@@ -148,25 +148,26 @@ def _pull(position, velocity, i, j, k, tension, dashpot, damped, double, ghost, 
         root += root * lack * (number(0.5) + number(0.375) * lack)
     else:
         root = number(1) / np.sqrt(squared)
-    if damped:
+    if viscous:
         du = velocity[0, i] - velocity[0, j]
         dv = velocity[1, i] - velocity[1, j]
         dw = velocity[2, i] - velocity[2, j]
-        tension = tension - dashpot * root * (du * dx + dv * dy + dw * dz)
-    scale = tension * root - k
+        scale = -root * (root * (du * dx + dv * dy + dw * dz))
+    else:
+        scale = tension * root - k
     if squared > ghost:
         scale = k - k  # a zero of the same precision
     return scale * dx, scale * dy, scale * dz
 
 
 @inlined
-def _pair(position, velocity, i, offset, k, tension, dashpot, damped, double, ghost, coincident):  # type: ignore[no-untyped-def]
-    """Return the acceleration of particle i by its two springs of one offset."""
+def _pair(position, velocity, i, offset, k, tension, viscous, double, ghost, coincident):  # type: ignore[no-untyped-def]
+    """Return the acceleration of particle i by its two springs, or dashpots, of one offset."""
     x, y, z = _pull(
-        position, velocity, i, i + offset, k, tension, dashpot, damped, double, ghost, coincident
+        position, velocity, i, i + offset, k, tension, viscous, double, ghost, coincident
     )
     p, q, r = _pull(
-        position, velocity, i, i - offset, k, tension, dashpot, damped, double, ghost, coincident
+        position, velocity, i, i - offset, k, tension, viscous, double, ghost, coincident
     )
     return x + p, y + q, z + r
 
@@ -177,55 +178,70 @@ def _add(a, b):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def spring_acceleration(  # type: ignore[no-untyped-def]
-    position, velocity, i, row, mobility, constants, dashpot, structural, shear, bending,
-    damped, double,
+def _acceleration(  # type: ignore[no-untyped-def]
+    position, velocity, i, row, mobility, constants, structural, shear, bending, viscous, double,
 ):  # fmt: skip
-    """Return the acceleration of particle i by gravity and by all of its springs; 0 if pinned."""
-    x, y, z, k0, k1, k2, t0, t1, t2, t3, t4, t5, ghost, tiny = constants
-    zero, one = position.dtype.type(0), position.dtype.type(1)
+    """Return the acceleration of particle i by all of its springs, or dashpots; 0 if pinned."""
+    _, _, _, k0, k1, k2, t0, t1, t2, t3, t4, t5, ghost, tiny = constants
+    zero = position.dtype.type(0)
     a, b = mobility[0, i], mobility[1, i]
     along = across = (zero, zero, zero)
     # Written out: a loop over the stencil would keep the loop over particles scalar.
     if structural:
         along = _pair(
-            position, velocity, i, stencil_offset(0, row), k0, t0, dashpot, damped, double, ghost,
-            tiny,
-        )  # fmt: skip
+            position, velocity, i, stencil_offset(0, row), k0, t0, viscous, double, ghost, tiny
+        )
         across = _pair(
-            position, velocity, i, stencil_offset(1, row), k0, t1, dashpot, damped, double, ghost,
-            tiny,
-        )  # fmt: skip
+            position, velocity, i, stencil_offset(1, row), k0, t1, viscous, double, ghost, tiny
+        )
     if bending:
         along = _add(
             along,
             _pair(
-                position, velocity, i, stencil_offset(4, row), k2, t4, dashpot, damped, double,
-                ghost, tiny,
+                position, velocity, i, stencil_offset(4, row), k2, t4, viscous, double, ghost, tiny
             ),
-        )  # fmt: skip
+        )
         across = _add(
             across,
             _pair(
-                position, velocity, i, stencil_offset(5, row), k2, t5, dashpot, damped, double,
-                ghost, tiny,
+                position, velocity, i, stencil_offset(5, row), k2, t5, viscous, double, ghost, tiny
             ),
-        )  # fmt: skip
+        )
     if shear:
         u, v, w = _add(
             _pair(
-                position, velocity, i, stencil_offset(2, row), k1, t2, dashpot, damped, double,
-                ghost, tiny,
+                position, velocity, i, stencil_offset(2, row), k1, t2, viscous, double, ghost, tiny
             ),
             _pair(
-                position, velocity, i, stencil_offset(3, row), k1, t3, dashpot, damped, double,
-                ghost, tiny,
+                position, velocity, i, stencil_offset(3, row), k1, t3, viscous, double, ghost, tiny
             ),
-        )  # fmt: skip
+        )
         along = along[0] + b * u, along[1] + b * v, along[2] + b * w
-    free = min(a, one)
     return (
-        free * x + a * along[0] + b * across[0],
-        free * y + a * along[1] + b * across[1],
-        free * z + a * along[2] + b * across[2],
+        a * along[0] + b * across[0],
+        a * along[1] + b * across[1],
+        a * along[2] + b * across[2],
+    )
+
+
+@inlined
+def spring_acceleration(  # type: ignore[no-untyped-def]
+    position, i, row, mobility, constants, structural, shear, bending, double
+):
+    """Return the acceleration of particle i by gravity and by all of its springs; 0 if pinned."""
+    x, y, z = constants[0], constants[1], constants[2]
+    free = min(mobility[0, i], position.dtype.type(1))
+    p, q, r = _acceleration(
+        position, position, i, row, mobility, constants, structural, shear, bending, False, double
+    )
+    return free * x + p, free * y + q, free * z + r
+
+
+@inlined
+def dashpot_acceleration(  # type: ignore[no-untyped-def]
+    position, velocity, i, row, mobility, constants, structural, shear, bending, double
+):
+    """Return the acceleration of particle i by its dashpots for c/m = 1; 0 if pinned."""
+    return _acceleration(
+        position, velocity, i, row, mobility, constants, structural, shear, bending, True, double
     )

@@ -80,6 +80,7 @@ class Grippers:
             np.zeros((1, len(self._all), MOTION)),
             np.zeros((len(numbers), 3)),
             np.zeros((len(numbers), SUMS)),
+            np.zeros((len(numbers), 2, 3)),
         )
         # Impulses of the sheet on each particle in the present batch, kg m/s for cells of 1 kg.
         self._pulled = np.zeros((len(numbers), 3))

@@ -48,6 +48,9 @@ class GripTable(NamedTuple):
         Velocities before the next kick, m/s, shape (n, 3); changed.
     sums
         Added to: shape (n, SUMS).
+    reactions
+        Change of velocity by dashpots, in the stage before and in the one before that, if the
+        particles were not held, m/s, shape (n, 2, 3); changed.
 
     All numbers are in double precision.
 
@@ -60,6 +63,7 @@ class GripTable(NamedTuple):
     rows: Array
     former: Array
     sums: Array
+    reactions: Array
 
 
 @inlined
@@ -92,7 +96,7 @@ def hold(first, last, drift, position, velocity, grips):  # type: ignore[no-unty
         A `GripTable`.
 
     """
-    index, owner, local, mass, rows, former, sums = grips
+    index, owner, local, mass, rows, former, sums, _ = grips
     number = velocity.dtype.type
     row = min(drift, len(rows) - 1)
     end = np.int64(last)
@@ -150,4 +154,47 @@ def hold_midpoint(first, last, velocity, midpoint, grips):  # type: ignore[no-un
         i = index[n]
         for axis in range(3):
             midpoint[axis, i] = velocity[axis, i]
+        n += 1
+
+
+@inlined
+def hold_in_stage(  # type: ignore[no-untyped-def]
+    first, last, stage, before, two_before, share, midpoint, out, acceleration, grips
+):
+    """
+    Give the held particles of a chunk their velocities in a stage of the dashpots as well.
+
+    What dashpots have changed there is kept, as it acts on the gripper, and is in the result.
+
+    Parameters
+    ----------
+    first, last
+        As of `hold`.
+    stage, before, two_before, share
+        Its number, and factors; see `kick_drift_kernel`.
+    midpoint, out
+        Velocities before the first stage, and after this one, m/s; `out` is changed.
+    acceleration
+        Where the last stage, whose `share` is not 0, adds the result; changed.
+    grips
+        A `GripTable`.
+
+    """
+    index, reactions = grips[0], grips[7]
+    number = midpoint.dtype.type
+    end = np.int64(last)
+    n = _first_from(index, np.int64(first))
+    while n < len(index) and index[n] < end:
+        i = index[n]
+        for axis in range(3):
+            if stage == 1:
+                reactions[n, 0, axis] = reactions[n, 1, axis] = 0.0
+            change = before * reactions[n, 0, axis] + two_before * reactions[n, 1, axis]
+            if share != 0:
+                acceleration[axis, i] += number(share * change)
+            else:
+                change += np.float64(out[axis, i]) - np.float64(midpoint[axis, i])
+                out[axis, i] = midpoint[axis, i]
+                reactions[n, 1, axis] = reactions[n, 0, axis]
+                reactions[n, 0, axis] = change
         n += 1

@@ -11,6 +11,7 @@ keeps more digits of slow dissipation.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import time
 from collections.abc import Iterator
@@ -25,8 +26,10 @@ from ..grid import Array, Grid
 from ..grippers.grippers import Grippers
 from ..kernels.thread_pool import CHUNK, shared_thread_pool
 from ..self_contact.self_contact import SelfContact
+from ..stability import rate_bounds
 from ..state import State
 from . import kick_drift_kernel as kernel
+from .dashpot_stages import stages_for
 from .integrator import Step
 
 # Particles from which on several threads are faster than one.
@@ -35,6 +38,8 @@ _MIN_THREADED = 4096
 _MAX_TABLES = 64
 
 Vector = tuple[float, float, float]
+# Of the kernel's table.
+Row = tuple[float, float, float, float, float, float]
 _STILL: Vector = (0.0, 0.0, 0.0)
 
 
@@ -47,9 +52,9 @@ class KickDrift:
         v ← e^(−γ h) v + a (1 − e^(−γ h)) / γ,
 
     so that neither the decay nor the terminal velocity a/γ depends on the step; with n γ in one of
-    n steps, the latter does by (n γ h)²/12.  Dashpots are evaluated at the velocity in the middle
-    of the kick (the explicit midpoint rule), at the price of a second evaluation of the springs.
-    So every kick is of second order at resting positions.
+    n steps, the latter does by (n γ h)²/12.  Dashpots act on the velocity in the middle of the
+    kick, in as many stages as they need to be stable (see `dashpot_stages`).  So every kick is of
+    second order at resting positions.
 
     Parameters
     ----------
@@ -104,7 +109,9 @@ class KickDrift:
         self._drag, self._steady_drag = scene.drag, 0.0
         if extra_drag:
             self._drag, self._steady_drag = 0.0, scene.drag + extra_drag
+        # Damping by dashpots per unit mass, 1/s: of one dashpot, and the largest of the sheet.
         self._dashpots = scene.springs.damping / scene.sheet.cell_mass
+        _, self._viscous = rate_bounds(scene)
         threaded = grid.rows * grid.columns >= _MIN_THREADED
         self._threads = shared_thread_pool(scene.solver.threads if threaded else 1)
         separate = separate or self.dissipative
@@ -124,13 +131,14 @@ class KickDrift:
         self._sweeping_kernel = self._kernel
         if self_contact is not None:
             self._sweeping_kernel = with_contact(sweeping=True)
-        self._tables: dict[tuple[bool, tuple[Step, ...]], Array] = {}
+        self._tables: dict[tuple[bool, bool, tuple[Step, ...]], Array] = {}
         self._range = (grid.begin, grid.end, grid.stride)
         self._springs = tuple(dtype(number) for number in springs.spring_constants(scene))
         self._bounds = tuple(dtype(number) for number in aerodynamics.BOUNDS)
         # Arrays of absent effects take no memory, but have a shape that the kernel accepts.
         unused: Array = np.zeros((3, 0), dtype)
         self._midpoint = grid.field(dtype) if separate else unused
+        self._stage = grid.field(dtype) if self.damped else unused
         self._former = grid.field(dtype) if kinds or self_contact is not None else unused
         self._no_contacts = no_contacts(dtype)
         self.work = np.zeros((grid.end - grid.begin) // CHUNK + 1)
@@ -144,12 +152,12 @@ class KickDrift:
     ) -> None:
         """Make the kicks and drifts of `steps` in air of a velocity, m/s, with contact if any."""
         sweeps = self._self_contact is not None and self._self_contact.contacts > 0
-        table = self._tables.get((sweeps, steps))
+        key = (sweeps or contacts is not None, sweeps, steps)
+        table = self._tables.get(key)
         if table is None:
             if len(self._tables) == _MAX_TABLES:
                 self._tables.clear()
-            rows = [row for step in steps for row in self.operations(step, sweeps=sweeps)]
-            table = self._tables[sweeps, steps] = np.array(rows)
+            table = self._tables[key] = np.array(list(self._rows(*key)))
         grips = () if self._grippers is None else self._grippers.table(state, steps)
         self.run(state, table, air_velocity, contacts, grips, sweeps=sweeps)
 
@@ -187,8 +195,11 @@ class KickDrift:
 
     def accelerate(self, state: State) -> None:
         """Write the accelerations by gravity, springs and dashpots; needs `separate`."""
-        table = np.array([(kernel.ACCELERATE, 1.0, 0.0, 0.0, self._dashpots, 0.0)])
-        self.run(state, table, _STILL)
+        rows: list[Row] = [(kernel.ACCELERATE, 1.0, 0.0, 0.0, 0.0, 0.0)]
+        if self.damped:
+            rows.append((kernel.KICK_TO_MIDPOINT, 1.0, 0.0, 0.0, 0.0, 0.0))
+            rows.append((kernel.DAMP, 1.0, 0.0, 0.0, self._dashpots, 1.0))
+        self.run(state, np.array(rows), _STILL)
 
     def take_work(self) -> float:
         """Return the work, J, of the air on what it has accelerated since the last call."""
@@ -196,34 +207,70 @@ class KickDrift:
         self.work[:] = 0
         return work
 
-    def operations(self, step: Step, *, sweeps: bool = False) -> Iterator[tuple[float, ...]]:
+    def _rows(self, touched: bool, sweeps: bool, steps: tuple[Step, ...]) -> Iterator[Row]:
+        """Yield the rows of the kernel's table for steps, with contact and sweeps, or without."""
+        # Where dashpots act for one step each, they push a particle at rest in every one.
+        resisting = touched and self.damped and any(step.weight > 1 for step in steps)
+        before: Step | None = None
+        for step, following in itertools.zip_longest(steps, steps[1:]):
+            resisted = resisting and step.weight > 0 and before is not None
+            if before is not None and resisted:
+                decay, gain = self._factors(before)
+                yield (kernel.FIND_CONTACT_KICK, decay, gain, 0.0, 0.0, 0.0)
+            separate = resisting and following is not None and following.weight > 0
+            yield from self.operations(step, resisted=resisted, separate=separate)
+            before = step if step.kick is not None else None
+            # Contacts of the sheet with itself act after the kick.
+            if sweeps and step.kick is not None:
+                yield (kernel.SWEEP_SIDES, 1.0, 0.0, step.drift, 0.0, 0.0)
+                yield (kernel.SWEEP_BETWEEN, 1.0, 0.0, step.drift, 0.0, 0.0)
+
+    def operations(
+        self, step: Step, *, resisted: bool = False, separate: bool = False
+    ) -> Iterator[Row]:
         """
         Yield the rows of the kernel's table for a step, see `kick_drift_kernel`.
 
-        With `sweeps`, contacts of the sheet with itself act after the kick.
-        """
-        yield from self._kick_and_drift(step)
-        if sweeps and step.kick is not None:
-            yield (kernel.SWEEP_SIDES, 1.0, 0.0, step.drift, 0.0, 0.0)
-            yield (kernel.SWEEP_BETWEEN, 1.0, 0.0, step.drift, 0.0, 0.0)
+        Parameters
+        ----------
+        step
+            Its kick and drift.
+        resisted
+            True if the dashpots take account of contact: what that has changed in the step before,
+            `stage` holds.  A particle that rests would otherwise seem to move with half of its
+            kick, and dashpots that act for many steps at once would jerk its neighbours.
+        separate
+            True to accelerate in an operation of its own.
 
-    def _kick_and_drift(self, step: Step) -> Iterator[tuple[float, ...]]:
+        """
         h, drift, weight = step
         if h is None:
             yield (kernel.DRIFT, 1.0, 0.0, drift, 0.0, 0.0)
             return
-        drag = weight * self._drag + self._steady_drag
-        decay, gain = _drag_factors(h, drag)
-        if not self._separate and (weight == 0 or not self.dissipative):
+        decay, gain = self._factors(step)
+        separate = separate or self._separate
+        if not separate and (weight == 0 or not self.dissipative):
             yield (kernel.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
             return
-        dashpots = weight * self._dashpots
-        yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, dashpots, 0.0)
-        if self.damped:
-            half = _drag_factors(0.5 * h, drag)
-            yield (kernel.KICK_TO_MIDPOINT, *half, 0.0, 0.0, weight * half[1] * self._air)
-            yield (kernel.ACCELERATE_AT_MIDPOINT, 1.0, 0.0, 0.0, dashpots, 0.0)
-        yield (kernel.KICK, decay, gain, drift, 0.0, weight * gain * self._air)
+        yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, 0.0, 0.0)
+        if self.damped and weight and h:
+            half = self._factors(step._replace(kick=0.5 * h))
+            air = weight * half[1] * self._air
+            yield (kernel.KICK_TO_MIDPOINT, *half, 0.0, air, float(resisted))
+            yield from self._dashpot_stages(weight * h, half[0] / gain)
+        yield (kernel.KICK, decay, gain, drift, weight * gain * self._air, 0.0)
+
+    def _factors(self, step: Step) -> tuple[float, float]:
+        """Return the factors of velocity, 1, and acceleration, s, in the kick of a step."""
+        return _drag_factors(step.kick or 0.0, step.weight * self._drag + self._steady_drag)
+
+    def _dashpot_stages(self, seconds: float, factor: float) -> Iterator[Row]:
+        """Yield the stages that add `factor` times the change of velocity in so many s."""
+        chosen = stages_for(seconds * self._viscous)
+        for count, stage in enumerate(chosen.stages, 1):
+            share = factor * chosen.share if count == len(chosen.stages) else 0.0
+            before, two_before, rate = stage
+            yield (kernel.DAMP, count, before, two_before, seconds * self._dashpots * rate, share)
 
     def run(
         self,
@@ -253,6 +300,7 @@ class KickDrift:
             state.velocity,
             self._former,
             self._midpoint,
+            self._stage,
             state.acceleration,
             state.mobility,
             self._springs,

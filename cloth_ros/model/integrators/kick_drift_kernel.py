@@ -3,8 +3,9 @@ Compiled kernel of kicks and drifts: a table of operations, each a loop over all
 
 A step of an explicit method kicks, v ← v + h a, and then lets the particles drift, x ← x + h′ v.
 With springs and gravity alone that is one loop; with air and dashpots, accelerations and kicks
-take one each.  The table lists the operations of many substeps, so that one call of the
-kernel does them all.  Code for effects that the scene does not have is not compiled.
+take one each, and each stage of the dashpots (see `dashpot_stages`) another one.  The table lists
+the operations of many substeps, so that one call of the kernel does them all.  Code for effects
+that the scene does not have is not compiled.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ import numpy as np
 
 from ..contact import particle_contact
 from ..forces.aerodynamics import air_impulse, area_vector
-from ..forces.springs import spring_acceleration
-from ..grippers.held_particles import hold, hold_midpoint
-from ..kernels.jit import Kernel, components, disjoint, kernel
+from ..forces.springs import dashpot_acceleration, spring_acceleration
+from ..grippers.held_particles import hold, hold_in_stage, hold_midpoint
+from ..kernels.jit import Kernel, components, disjoint, inlined, kernel
 from ..kernels.thread_pool import (
     CHUNK,
     barrier,
@@ -35,8 +36,9 @@ DRIFT = 0
 KICK_BY_SPRINGS = 1  # acceleration by springs and gravity, kick with drag, and drift
 KICK = 2  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
-ACCELERATE = 4  # by springs, gravity and dashpots
-ACCELERATE_AT_MIDPOINT = 5  # the same, with the velocities of `midpoint` in the dashpots
+ACCELERATE = 4  # by springs and gravity
+DAMP = 5  # a stage of the dashpots at the velocities of `midpoint`
+FIND_CONTACT_KICK = 9  # half the change of velocity by contact since the last kick, to `stage`
 RESOLVE = 6  # contact alone, after a drift that has been made
 # Contacts of the sheet with itself, after a drift that has been made: those on two sides of the
 # sheet, then those between them.
@@ -44,8 +46,11 @@ SWEEP_SIDES = 7
 SWEEP_BETWEEN = 8
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
-# length of the drift after it, and the strength of dashpots and air.
-_OPERATION, _DECAY, _GAIN, _LENGTH, _DASHPOTS, _AIR = range(6)
+# length of the drift after it, the strength of the air, and 1 where contact resists the kick.
+_OPERATION, _DECAY, _GAIN, _LENGTH, _AIR, _RESISTED = range(6)
+# Those of a stage of the dashpots: its number, from 1; the factors of the stage before, of the one
+# before that and of the dashpots; and for the last stage, the factor of the result.
+_STAGE, _BEFORE, _TWO_BEFORE, _RATE, _SHARE = range(1, 6)
 
 
 @disjoint
@@ -65,15 +70,79 @@ def _drift(first, last, position, back_buffer, velocity, copy, h, copying):  # t
 
 @disjoint
 def _accelerate(  # type: ignore[no-untyped-def]
-    first, last, position, velocity, out, mobility, row, springs, dashpots,
-    structural, shear, bending, damped, double,
-):  # fmt: skip
+    first, last, position, out, mobility, row, springs, structural, shear, bending, double
+):
     xs, ys, zs = out
     for i in range(first, last):
         xs[i], ys[i], zs[i] = spring_acceleration(
-            position, velocity, i, row, mobility, springs, dashpots,
-            structural, shear, bending, damped, double,
-        )  # fmt: skip
+            position, i, row, mobility, springs, structural, shear, bending, double
+        )
+
+
+@disjoint
+def _find_contact_kick(first, last, velocity, former, acceleration, out, decay, gain):  # type: ignore[no-untyped-def]
+    """Write half the difference of the velocities from those after the last kick."""
+    half = velocity.dtype.type(0.5)
+    xs, ys, zs = out
+    for i in range(first, last):
+        xs[i] = half * (velocity[0, i] - (decay * former[0, i] + gain * acceleration[0, i]))
+        ys[i] = half * (velocity[1, i] - (decay * former[1, i] + gain * acceleration[1, i]))
+        zs[i] = half * (velocity[2, i] - (decay * former[2, i] + gain * acceleration[2, i]))
+
+
+@disjoint
+def _add(first, last, added, out):  # type: ignore[no-untyped-def]
+    xs, ys, zs = out
+    for i in range(first, last):
+        xs[i], ys[i], zs[i] = xs[i] + added[0, i], ys[i] + added[1, i], zs[i] + added[2, i]
+
+
+@inlined
+def _change(velocity, start, accelerated, i, before, rate):  # type: ignore[no-untyped-def]
+    """Return the difference from `start` after a stage of the dashpots, two stages before not."""
+    x, y, z = accelerated
+    return (
+        before * (velocity[0, i] - start[0, i]) + rate * x,
+        before * (velocity[1, i] - start[1, i]) + rate * y,
+        before * (velocity[2, i] - start[2, i]) + rate * z,
+    )
+
+
+@disjoint
+def _damp(  # type: ignore[no-untyped-def]
+    first, last, position, velocity, start, out, mobility, row, springs, before, two_before, rate,
+    structural, shear, bending, double,
+):  # fmt: skip
+    """Make a stage of the dashpots; `out` holds the velocities two stages before, if any."""
+    xs, ys, zs = out
+    begun = two_before != 0
+    for i in range(first, last):
+        accelerated = dashpot_acceleration(
+            position, velocity, i, row, mobility, springs, structural, shear, bending, double
+        )
+        x, y, z = _change(velocity, start, accelerated, i, before, rate)
+        if begun:
+            x += two_before * (xs[i] - start[0, i])
+            y += two_before * (ys[i] - start[1, i])
+            z += two_before * (zs[i] - start[2, i])
+        xs[i], ys[i], zs[i] = start[0, i] + x, start[1, i] + y, start[2, i] + z
+
+
+@disjoint
+def _end_damping(  # type: ignore[no-untyped-def]
+    first, last, position, velocity, start, former, out, mobility, row, springs, before,
+    two_before, rate, share, structural, shear, bending, double,
+):  # fmt: skip
+    """Make the last stage of the dashpots, and add `share` times their change of velocity."""
+    xs, ys, zs = out
+    for i in range(first, last):
+        accelerated = dashpot_acceleration(
+            position, velocity, i, row, mobility, springs, structural, shear, bending, double
+        )
+        x, y, z = _change(velocity, start, accelerated, i, before, rate)
+        xs[i] += share * (x + two_before * (former[0, i] - start[0, i]))
+        ys[i] += share * (y + two_before * (former[1, i] - start[1, i]))
+        zs[i] += share * (z + two_before * (former[2, i] - start[2, i]))
 
 
 @disjoint
@@ -154,16 +223,15 @@ def compose(
 
     @disjoint
     def kick_by_springs(  # type: ignore[no-untyped-def]
-        first, last, position, back_buffer, velocity, former, mobility, row, springs, dashpots,
-        decay, gain, h,
+        first, last, position, back_buffer, velocity, former, mobility, row, springs, decay, gain,
+        h,
     ):  # fmt: skip
         # To the back buffer: neighbours still read the old positions.
         (xs, ys, zs), (us, vs, ws), (us_was, vs_was, ws_was) = back_buffer, velocity, former
         for i in range(first, last):
             x, y, z = spring_acceleration(
-                position, position, i, row, mobility, springs, dashpots,
-                structural, shear, bending, False, double,
-            )  # fmt: skip
+                position, i, row, mobility, springs, structural, shear, bending, double
+            )
             u, v, w = us[i], vs[i], ws[i]
             if keep:
                 us_was[i], vs_was[i], ws_was[i] = u, v, w
@@ -173,11 +241,41 @@ def compose(
                 position[0, i] + h * u, position[1, i] + h * v, position[2, i] + h * w
             )  # fmt: skip
 
+    @inlined
+    def damp(  # type: ignore[no-untyped-def]
+        first, last, position, back_buffer, midpoint, stage, acceleration, mobility, row, springs,
+        columns, grips,
+    ):  # fmt: skip
+        # Odd stages write to `stage`, even ones to the back buffer, free until the next drift.
+        number = position.dtype.type
+        count = int(columns[_STAGE])
+        before, two_before = number(columns[_BEFORE]), number(columns[_TWO_BEFORE])
+        rate, share = number(columns[_RATE]), number(columns[_SHARE])
+        source, out = (back_buffer, stage) if count % 2 else (stage, back_buffer)
+        if count == 1:
+            source = midpoint
+        if share == 0:
+            _damp(
+                first, last, position, source, midpoint, components(out), mobility, row, springs,
+                before, two_before, rate, structural, shear, bending, double,
+            )  # fmt: skip
+        else:
+            former = out if two_before != 0 else midpoint
+            _end_damping(
+                first, last, position, source, midpoint, former, components(acceleration),
+                mobility, row, springs, before, two_before, rate, share, structural, shear,
+                bending, double,
+            )  # fmt: skip
+        if gripping:
+            hold_in_stage(
+                first, last, count, before, two_before, share, midpoint, out, acceleration, grips
+            )
+
     @kernel
     def make(  # type: ignore[no-untyped-def]
         notified, counters, thread, threads, begin, end, stride, table, position, back_buffer,
-        velocity, former, midpoint, acceleration, mobility, springs, air_velocity, bounds, work,
-        contacts, grips, sheet_contacts,
+        velocity, former, midpoint, stage, acceleration, mobility, springs, air_velocity, bounds,
+        work, contacts, grips, sheet_contacts,
     ):  # fmt: skip
         notify(notified, thread)
         number = velocity.dtype.type
@@ -188,7 +286,7 @@ def compose(
             operation = int(table[n, _OPERATION])
             decay, gain = number(table[n, _DECAY]), number(table[n, _GAIN])
             h = number(table[n, _LENGTH])
-            dashpots, strength = number(table[n, _DASHPOTS]), number(table[n, _AIR])
+            strength = number(table[n, _AIR])
             chunk = claim_chunk(counters, thread, threads, chunks, n)
             while chunk >= 0:
                 first = np.uint64(begin + chunk * CHUNK)
@@ -201,24 +299,31 @@ def compose(
                 elif operation == KICK_BY_SPRINGS:
                     kick_by_springs(
                         first, last, position, components(back_buffer), components(velocity),
-                        components(former), mobility, row, springs, dashpots, decay, gain, h,
+                        components(former), mobility, row, springs, decay, gain, h,
                     )  # fmt: skip
                 elif separate:
                     if operation == ACCELERATE:
                         _accelerate(
-                            first, last, position, velocity, components(acceleration), mobility,
-                            row, springs, dashpots, structural, shear, bending, damped, double,
+                            first, last, position, components(acceleration), mobility, row,
+                            springs, structural, shear, bending, double,
                         )  # fmt: skip
-                    elif operation == ACCELERATE_AT_MIDPOINT and damped:
-                        _accelerate(
-                            first, last, position, midpoint, components(acceleration), mobility,
-                            row, springs, dashpots, structural, shear, bending, damped, double,
+                    elif operation == DAMP and damped:
+                        damp(
+                            first, last, position, back_buffer, midpoint, stage, acceleration,
+                            mobility, row, springs, table[n], grips,
                         )  # fmt: skip
                     elif operation == KICK_TO_MIDPOINT and damped:
                         _kick(
                             first, last, position, velocity, components(midpoint),
                             components(former), acceleration, mobility, row, air_velocity, decay,
                             gain, strength, bounds, air, keep,
+                        )  # fmt: skip
+                        if keep and table[n, _RESISTED] != 0:
+                            _add(first, last, stage, components(midpoint))
+                    elif operation == FIND_CONTACT_KICK and damped and keep:
+                        _find_contact_kick(
+                            first, last, velocity, former, acceleration, components(stage), decay,
+                            gain,
                         )  # fmt: skip
                     elif operation == KICK:
                         work[chunk] += _kick(

@@ -23,6 +23,7 @@ import numpy as np
 
 from ..grid import Array
 from ..stability import rate_bounds
+from .dashpot_stages import REACH, stages_for
 from .integrator import Step, SubstepBatch, dissipation_schedule
 
 if TYPE_CHECKING:
@@ -42,10 +43,11 @@ class PositionVerlet:
     @staticmethod
     def stable_step(elastic: float, viscous: float) -> float:
         """
-        Return the longest stable step, s: h = 2/ω, and not more than 2/μ.
+        Return the longest stable step, s: h = 2/ω, and not more than the dashpots' stages reach.
 
-        The damping of the midpoint rule, 1 − h μ + (h μ)²/2, holds up to h μ = 2, and until then
-        h² λ may be as large as (4 − 2 h μ + (h μ)²)/(1 − h μ/2), which is never below 4.
+        In the middle of a kick, Verlet's method conserves |v|² + xᵀ (K − h² K²/4) x, with the
+        stiffness K per unit mass, which is positive below h = 2/ω.  Dashpots multiply v by P
+        there, and so can only lower that.  It holds also where K and P have no modes in common.
 
         Parameters
         ----------
@@ -55,14 +57,14 @@ class PositionVerlet:
         """
         return min(
             2 / math.sqrt(elastic) if elastic > 0 else math.inf,
-            2 / viscous if viscous > 0 else math.inf,
+            REACH / viscous if viscous > 0 else math.inf,
         )
 
     @staticmethod
     def amplification(h: float, elastic: float, viscous: float) -> Array:
         """Return the matrix of a step on ẍ = −λ x − μ ẋ, for (x, ẋ), shape (2, 2)."""
-        middle = 1 - 0.5 * h * viscous
-        kick = np.array([[1, 0], [-h * middle * elastic, 1 - h * middle * viscous]])
+        factor = stages_for(h * viscous).factor(h * viscous)
+        kick = np.array([[1, 0], [-0.5 * h * (1 + factor) * elastic, factor]])
         drift = np.array([[1, h], [0, 1]])
         step: Array = drift @ kick
         return step

@@ -77,10 +77,12 @@ def test_two_grippers_carry_the_weight_of_a_hanging_sheet():
 
 
 @examples(0.05)
-@given(seed=seeds, speed=st.sampled_from([0.5, 5.0, 100.0]))
-def test_momentum_changes_by_gravity_and_the_grippers_alone(seed, speed):
+@given(
+    seed=seeds, speed=st.sampled_from([0.5, 5.0, 100.0]), damping=st.sampled_from([0.0, 0.01, 1.0])
+)
+def test_momentum_changes_by_gravity_and_the_grippers_alone(seed, speed, damping):
     """While they take particles, move and turn them, and release them, in a free swing."""
-    cloth = crumple(gripped(drag=0.0), 1e-3, seed, speed=0.5)
+    cloth = crumple(gripped(drag=0.0, springs__damping=damping), 1e-3, seed, speed=0.5)
     generator = np.random.default_rng(seed)
     for n in range(12):
         place = np.array(cloth.grippers['left'].position) + speed / 60 * generator.normal(size=3)
