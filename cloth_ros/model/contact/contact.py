@@ -344,7 +344,8 @@ class Contact:
         depth = true = self._particles.depth(collider, state)
         if math.isfinite(collider.shape.inner_radius):
             true = self._triangles.depth(collider, state)
-            depth = max(depth, true)
+            # Only triangles meet a small one, and their offset surface would be far too wide.
+            depth = true if collider.small else max(depth, true)
         if depth > _INSIDE * collider.tolerance:
             collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
             left = true - collider.inset
