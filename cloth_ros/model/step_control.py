@@ -253,7 +253,9 @@ class AdaptiveStepControl:
         return self._calm_interval if calm else CHECK_INTERVAL
 
     def _present_stable(self, state: State, present: PresentStiffness) -> float:
-        """Return the longest substep, s, that is stable in the present state."""
+        """Return the longest substep, s, that is stable in the present state, as far as of use."""
+        if whole_substep(self._scene, self._accurate) <= (1 + ROUNDING) * self._stable:
+            return self._stable
         longest = self._stable_step(present.bound(state), self._viscous)
         return max(PRESENT_SAFETY * longest, self._stable)
 
