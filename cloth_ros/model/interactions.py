@@ -26,6 +26,9 @@ from .snapshot import Snapshot
 from .state import State
 from .time_step import CHECK_INTERVAL, ROUNDING
 
+# Longest part, s, of a sheet that may touch itself, unless `CHECK_INTERVAL` substeps are longer.
+_PART = 1 / 240
+
 
 class Interactions:
     """
@@ -124,7 +127,7 @@ class Interactions:
             most = min(most, max(math.ceil(batch / h), CHECK_INTERVAL))
         if self.self_contact is not None:
             if not self.self_contact.is_calm(state, min(count, most) * h):
-                most = min(most, CHECK_INTERVAL)
+                most = min(most, max(int((1 + ROUNDING) * _PART / h), CHECK_INTERVAL))
             most = self.self_contact.part(count, most)
         return most
 
