@@ -38,12 +38,12 @@ KICK = 2  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
 ACCELERATE = 4  # by springs and gravity
 DAMP = 5  # a stage of the dashpots at the velocities of `midpoint`
-FIND_CONTACT_KICK = 9  # half the change of velocity by contact since the last kick, to `stage`
-RESOLVE = 6  # contact alone, after a drift that has been made
+FIND_CONTACT_KICK = 6  # half the change of velocity by contact since the last kick, to `stage`
+RESOLVE = 7  # contact alone, after a drift that has been made
 # Contacts of the sheet with itself, after a drift that has been made: those on two sides of the
 # sheet, then those between them.
-SWEEP_SIDES = 7
-SWEEP_BETWEEN = 8
+SWEEP_SIDES = 8
+SWEEP_BETWEEN = 9
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, the strength of the air, and 1 where contact resists the kick.
@@ -99,7 +99,7 @@ def _add(first, last, added, out):  # type: ignore[no-untyped-def]
 
 @inlined
 def _change(velocity, start, accelerated, i, before, rate):  # type: ignore[no-untyped-def]
-    """Return the difference from `start` after a stage of the dashpots, two stages before not."""
+    """Return the change from `start` after a stage, without the part from two stages before."""
     x, y, z = accelerated
     return (
         before * (velocity[0, i] - start[0, i]) + rate * x,
@@ -113,7 +113,7 @@ def _damp(  # type: ignore[no-untyped-def]
     first, last, position, velocity, start, out, mobility, row, springs, before, two_before, rate,
     structural, shear, bending, double,
 ):  # fmt: skip
-    """Make a stage of the dashpots; `out` holds the velocities two stages before, if any."""
+    """Make a stage of the dashpots, to `out`, which holds what two stages before wrote, if any."""
     xs, ys, zs = out
     begun = two_before != 0
     for i in range(first, last):

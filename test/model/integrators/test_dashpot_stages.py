@@ -8,6 +8,7 @@ from builders import SPRINGS_ONLY, cloth_of, crumple, examples, momentum, small_
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cloth_ros.model.integrators import kick_drift_kernel as kernel
 from cloth_ros.model.integrators.dashpot_stages import MOST, REACH, stages, stages_for
 from cloth_ros.model.integrators.integrator import Step
 from cloth_ros.model.integrators.kick_drift import KickDrift
@@ -70,7 +71,7 @@ def test_an_impulse_is_the_polynomial_of_the_matrix_of_the_dashpots(seed, produc
     kick_drift = KickDrift(scene, state.grid, np.float64, separate=True)
     for row in kick_drift.operations(Step(seconds, 0.0, 1)):
         kick_drift.run(state, np.array([row]), (0.0, 0.0, 0.0))
-        if row[0] == 4:
+        if row[0] == kernel.ACCELERATE:
             state.acceleration[...] = 0
     found = (root * state.velocities)[:, free].ravel()
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * np.abs(before).max())
