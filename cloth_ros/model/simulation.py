@@ -348,11 +348,11 @@ class Simulation:
         return min(self._idle(_TIMED) for _ in range(3)) / _TIMED
 
     def _idle(self, count: int) -> float:
-        """Make `count` substeps of zero length; return the wall-clock time, s."""
+        """Make `count` substeps without motion; return the wall-clock time, s."""
         (batch, *_) = self.step_control.batches(
             self.state, count, self.step_control.substep, 1, 0.0
         )
-        steps = self._integrator.steps(batch._replace(h=0.0))
+        steps = tuple([step._replace(drift=0.0) for step in self._integrator.steps(batch)])
         return self._kick_drift.time_without_effect(self.state, steps, self._air_velocity)
 
     def warm_up_contact(self) -> None:

@@ -187,7 +187,9 @@ def check_time_step(scene: Scene) -> None:
     count = 1 / (scene.rate * substep_length(scene))
     if count > _MAX_SUBSTEPS:
         elastic, viscous = stability.rate_bounds(scene)
-        name = 'springs.damping' if viscous > math.sqrt(elastic) else 'springs.structural'
+        stable_step = integrator_for(scene).stable_step
+        damped = stable_step(0.0, viscous) < stable_step(elastic, 0.0)
+        name = 'springs.damping' if damped else 'springs.structural'
         if limit * scene.rate * _MAX_SUBSTEPS > 2:
             name = 'solver.tolerance'
         raise invalid_value_error(

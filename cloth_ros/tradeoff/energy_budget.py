@@ -23,7 +23,9 @@ from ..model import Cloth
 from ..model.energy import Energy, energy
 from ..model.grid import Array
 from ..model.inputs import Vector
+from ..model.integrators.dashpot_stages import stages_for
 from ..model.integrators.integrator import Step
+from ..model.stability import rate_bounds
 from ..model.state import State
 from ..scene import Scene
 from .reference_model import air_forces, spring_forces, tributary_areas
@@ -115,9 +117,7 @@ class WorkAccount:
         mean = 0.5 * (self._velocities + self._kicked)
         self._impulses['drag'] = -self._masses * scene.drag * h * mean
         if scene.springs.damping > 0 and step.weight:
-            dashpots = spring_forces(scene, positions, mean)
-            dashpots -= spring_forces(scene, positions, np.zeros_like(mean))
-            self._impulses['dashpots'] = step.weight * h * dashpots * self._free
+            self._impulses['dashpots'] = self._dashpot_impulse(step.weight * h, h)
         if scene.has_air and step.weight:
             air = air_forces(scene, positions, mean, air_velocity)
             self._impulses['air'] = step.weight * h * air * self._free
@@ -143,6 +143,25 @@ class WorkAccount:
         self._before, self._displaced = (1 - share) * displacement, displaced
         self._positions, self._velocities = positions, velocities
         self._turnover = max(self._turnover, *map(abs, (self._gravity(), *self._work.values())))
+
+    def _dashpot_impulse(self, seconds: float, kick: float) -> Array:
+        """Return the impulse, N s, of dashpots for so many s in the middle of a kick of `kick` s."""
+        scene, still = self._scene, np.zeros_like(self._positions)
+        accelerated = self._free / self._masses
+        start = self._velocities + 0.5 * kick * accelerated * self._force()
+        elastic = spring_forces(scene, self._positions, still)
+        _, viscous = rate_bounds(scene)
+        chosen = stages_for(seconds * viscous)
+        former = change = still
+        for before, two_before, rate in chosen.stages:
+            dashpots = spring_forces(scene, self._positions, start + change) - elastic
+            former, change = (
+                change,
+                before * change + two_before * former + rate * seconds * accelerated * dashpots,
+            )
+        slowed: float = np.exp(-0.5 * scene.drag * seconds)
+        impulse: Array = slowed * chosen.share * self._masses * change
+        return impulse
 
     def _force(self) -> Array:
         """Return the force of springs and gravity at the positions of the last kick, N."""

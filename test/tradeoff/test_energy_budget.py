@@ -52,3 +52,13 @@ def test_what_is_not_by_the_law_of_a_force_leaves_the_budget_open(fault):
     else:
         wrong = budget(scene, 0.3, **{fault: (1.5 * np.array(scene.flat()[fault])).tolist()})
     assert wrong.closure > 0.01
+
+
+@pytest.mark.parametrize('precision', ['single', 'double'])
+def test_the_work_of_strong_dashpots_is_that_of_their_stages(precision):
+    strong = {'springs.damping': 1.0, 'wind.air_density': 0.0, 'drag': 0.0}
+    found = budget(
+        Scene().with_parameters({**SMALL, **strong, 'solver.precision': precision}), 0.3
+    )
+    assert found.dashpots < 0
+    assert found.closure < 1e-5

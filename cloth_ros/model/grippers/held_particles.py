@@ -49,8 +49,8 @@ class GripTable(NamedTuple):
     sums
         Added to: shape (n, SUMS).
     reactions
-        Change of velocity by dashpots, in the stage before and in the one before that, if the
-        particles were not held, m/s, shape (n, 2, 3); changed.
+        What dashpots would have changed of the velocity if it were not kept, until the stage
+        before and until the one before that, m/s, shape (n, 2, 3); changed.
 
     All numbers are in double precision.
 

@@ -238,7 +238,8 @@ class KickDrift:
         resisted
             True if the dashpots take account of contact: what that has changed in the step before,
             `stage` holds.  A particle that rests would otherwise seem to move with half of its
-            kick, and dashpots that act for many steps at once would jerk its neighbours.
+            kick, and dashpots that act for many steps at once would jerk its neighbours; they do
+            in the first step of a batch, and where steps are made one at a time.
         separate
             True to accelerate in an operation of its own.
 
@@ -253,7 +254,7 @@ class KickDrift:
             yield (kernel.KICK_BY_SPRINGS, decay, gain, drift, 0.0, 0.0)
             return
         yield (kernel.ACCELERATE, 1.0, 0.0, 0.0, 0.0, 0.0)
-        if self.damped and weight and h:
+        if self.damped and weight:
             half = self._factors(step._replace(kick=0.5 * h))
             air = weight * half[1] * self._air
             yield (kernel.KICK_TO_MIDPOINT, *half, 0.0, air, float(resisted))

@@ -37,8 +37,10 @@ KICK_BY_SPRINGS = 1  # acceleration by springs and gravity, kick with drag, and 
 KICK = 2  # kick by the stored accelerations, with drag and air, and drift
 KICK_TO_MIDPOINT = 3  # the same kick, but write the velocities to `midpoint` and do not drift
 ACCELERATE = 4  # by springs and gravity
-DAMP = 5  # a stage of the dashpots at the velocities of `midpoint`
-FIND_CONTACT_KICK = 6  # half the change of velocity by contact since the last kick, to `stage`
+DAMP = 5  # a stage of the dashpots, the first one at the velocities of `midpoint`
+# Half the change of velocity by contact, and by the air, since the last kick, to `stage`, which
+# the first stage of the dashpots writes over.
+FIND_CONTACT_KICK = 6
 RESOLVE = 7  # contact alone, after a drift that has been made
 # Contacts of the sheet with itself, after a drift that has been made: those on two sides of the
 # sheet, then those between them.
@@ -46,7 +48,7 @@ SWEEP_SIDES = 8
 SWEEP_BETWEEN = 9
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
-# length of the drift after it, the strength of the air, and 1 where contact resists the kick.
+# length of the drift after it, the strength of the air, and 1 to add the contact kick in `stage`.
 _OPERATION, _DECAY, _GAIN, _LENGTH, _AIR, _RESISTED = range(6)
 # Those of a stage of the dashpots: its number, from 1; the factors of the stage before, of the one
 # before that and of the dashpots; and for the last stage, the factor of the result.

@@ -93,4 +93,24 @@ def test_impulses_of_the_dashpots_leave_a_draped_sheet_at_rest(damping):
         },
     )
     cloth.advance(9.0)
-    assert np.sqrt(np.mean(np.sum(cloth.velocities**2, axis=-1))) < 3e-4
+    assert np.sqrt(np.mean(np.sum(cloth.velocities**2, axis=-1))) < 2e-4
+
+
+def test_the_time_of_a_substep_is_that_with_its_dashpots(monkeypatch):
+    """And nothing has moved."""
+    tables, run = [], KickDrift.run
+    monkeypatch.setattr(
+        KickDrift,
+        'run',
+        lambda self, state, table, *more, **options: (
+            tables.append(table),
+            run(self, state, table, *more, **options),
+        ),
+    )
+    cloth = crumple(small_cloth(springs__damping=1.0), 0.01, speed=1.0)
+    before = cloth.positions.copy(), cloth.velocities.copy()
+    assert cloth.time_substep() > 0
+    stages = [np.count_nonzero(table[:, 0] == kernel.DAMP) for table in tables]
+    assert min(stages) > 1
+    assert np.array_equal(cloth.positions, before[0])
+    assert np.array_equal(cloth.velocities, before[1])
