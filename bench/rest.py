@@ -39,8 +39,8 @@ Written by `python -m bench.rest --page docs/bench/rest.md`. A free sheet of 0.8
 particles, without pins and with the default drag, falls on a collider and drapes: the root mean
 square speed of all its particles some time later. Without losses in the cloth, its waves decay at
 half the rate of the drag, and in single precision rounding keeps the sheet trembling. A sheet that
-is still sliding or unfolding then is faster. The last column is the wall-clock time of the last 5 s,
-beside that without dashpots in the same precision.
+is still sliding or unfolding then is faster. The last column is the wall-clock time of the last
+5 s, beside that without dashpots in the same precision.
 """
 
 

@@ -145,7 +145,7 @@ class WorkAccount:
         self._turnover = max(self._turnover, *map(abs, (self._gravity(), *self._work.values())))
 
     def _dashpot_impulse(self, seconds: float, kick: float) -> Array:
-        """Return the impulse, N s, of dashpots for so many s in the middle of a kick of `kick` s."""
+        """Return the impulse, N s, of dashpots for some s, in the middle of a kick of `kick` s."""
         scene, still = self._scene, np.zeros_like(self._positions)
         accelerated = self._free / self._masses
         start = self._velocities + 0.5 * kick * accelerated * self._force()
