@@ -16,7 +16,13 @@ from typing import Any, NamedTuple
 
 from ..model.forces.springs import SPRING_TYPES
 from ..model.stability import largest_eigenvalue, rate_bounds
-from ..model.time_step import check_time_step, integrator_for, stability_limit, usual_substep
+from ..model.time_step import (
+    check_time_step,
+    dashpots_limit,
+    integrator_for,
+    stability_limit,
+    usual_substep,
+)
 from ..scene import Scene
 from ..scene.parameter import PARAMETERS
 from ..scene.yaml_text import write
@@ -95,9 +101,7 @@ def cause(scene: Scene) -> str:
     heavy = min(100 * sheet.mass, PARAMETERS['sheet.mass'].high or math.inf)
     if usual_substep(scene.with_parameters({'sheet.mass': heavy})) == substep:
         return 'so small a sheet is simulated in short substeps'
-    elastic, viscous = rate_bounds(scene)
-    stable_step = integrator_for(scene).stable_step
-    if stable_step(0.0, viscous) < stable_step(elastic, 0.0):
+    if dashpots_limit(scene):
         return f'springs.damping is {scene.springs.damping:g} N·s/m at a mass of {sheet.mass:g} kg'
     stiffest = _stiffest(scene)
     stiffness = getattr(scene.springs, stiffest)

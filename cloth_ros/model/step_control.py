@@ -209,6 +209,8 @@ class AdaptiveStepControl:
         _, self._viscous = rate_bounds(scene)
         self._stable = substep_length(scene)
         self._accurate = accurate_substep(scene)
+        # Whether accuracy asks for substeps that are stable in every state.
+        self._limited = whole_substep(scene, self._accurate) <= (1 + ROUNDING) * self._stable
         self._stable_step = integrator_for(scene).stable_step
         self._present = PresentStiffness(scene) if adapts_to_state(scene) else None
         self.adapt_interval = math.inf if self._present is None else 1 / scene.rate
@@ -254,7 +256,7 @@ class AdaptiveStepControl:
 
     def _present_stable(self, state: State, present: PresentStiffness) -> float:
         """Return the longest substep, s, that is stable in the present state, as far as of use."""
-        if whole_substep(self._scene, self._accurate) <= (1 + ROUNDING) * self._stable:
+        if self._limited:
             return self._stable
         longest = self._stable_step(present.bound(state), self._viscous)
         return max(PRESENT_SAFETY * longest, self._stable)

@@ -173,6 +173,13 @@ def stability_limit(scene: Scene) -> float:
     return integrator_for(scene).stable_step(*stability.rate_bounds(scene))
 
 
+def dashpots_limit(scene: Scene) -> bool:
+    """Return whether the dashpots limit the stable substep, and not the springs."""
+    elastic, viscous = stability.rate_bounds(scene)
+    stable_step = integrator_for(scene).stable_step
+    return stable_step(0.0, viscous) < stable_step(elastic, 0.0)
+
+
 def check_time_step(scene: Scene) -> None:
     """
     Refuse a scene whose substeps would be unstable, or too many to compute.
@@ -186,10 +193,7 @@ def check_time_step(scene: Scene) -> None:
     limit = stability_limit(scene)
     count = 1 / (scene.rate * substep_length(scene))
     if count > _MAX_SUBSTEPS:
-        elastic, viscous = stability.rate_bounds(scene)
-        stable_step = integrator_for(scene).stable_step
-        damped = stable_step(0.0, viscous) < stable_step(elastic, 0.0)
-        name = 'springs.damping' if damped else 'springs.structural'
+        name = 'springs.damping' if dashpots_limit(scene) else 'springs.structural'
         if limit * scene.rate * _MAX_SUBSTEPS > 2:
             name = 'solver.tolerance'
         raise invalid_value_error(

@@ -151,17 +151,15 @@ class WorkAccount:
         start = self._velocities + 0.5 * kick * accelerated * self._force()
         elastic = spring_forces(scene, self._positions, still)
         _, viscous = rate_bounds(scene)
-        chosen = stages_for(seconds * viscous)
-        former = change = still
-        for before, two_before, rate in chosen.stages:
-            dashpots = spring_forces(scene, self._positions, start + change) - elastic
-            former, change = (
-                change,
-                before * change + two_before * former + rate * seconds * accelerated * dashpots,
-            )
+
+        def damped(velocities: Array) -> Array:
+            forces = spring_forces(scene, self._positions, velocities) - elastic
+            change: Array = seconds * accelerated * forces
+            return change
+
         slowed: float = np.exp(-0.5 * scene.drag * seconds)
-        impulse: Array = slowed * chosen.share * self._masses * change
-        return impulse
+        change: Array = stages_for(seconds * viscous).change(start, damped)
+        return slowed * self._masses * change
 
     def _force(self) -> Array:
         """Return the force of springs and gravity at the positions of the last kick, N."""

@@ -27,7 +27,8 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from numpy.polynomial import Chebyshev
 
@@ -75,15 +76,17 @@ class Stages(NamedTuple):
     share: float
     reach: float
 
+    def change(self, start: Any, accelerated: Callable[[Any], Any]) -> Any:
+        """Return the change of velocities `start`; `accelerated` is −t C v for velocities v."""
+        former = change = 0.0 * start
+        for before, two_before, rate in self.stages:
+            damped = before * change + two_before * former + rate * accelerated(start + change)
+            former, change = change, damped
+        return self.share * change
+
     def factor(self, z: float) -> float:
         """Return P(z)."""
-        former, change = 0.0, 0.0
-        for before, two_before, rate in self.stages:
-            former, change = (
-                change,
-                before * change + two_before * former - rate * z * (1 + change),
-            )
-        return 1 + self.share * change
+        return 1.0 + float(self.change(1.0, lambda velocity: -z * velocity))
 
 
 @functools.cache
