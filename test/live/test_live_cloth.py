@@ -313,15 +313,17 @@ def test_closing_ends_the_background_work(live, compiler):
     assert compiler.closed
 
 
+# Whole lines from each thread: what `print` writes in pieces could be interrupted by the log.
 FIRST_START = """
 import logging, sys, time
 import numpy as np
 from cloth_ros import Scene
 from cloth_ros.live.live_cloth import LiveCloth
 logging.basicConfig(level=logging.INFO, stream=sys.stdout, format='%(message)s')
+log = logging.getLogger()
 live = LiveCloth(Scene(
     sheet={'rows': 9, 'columns': 9}, sphere={'radius': 0.1, 'position': (0.0, 0.0, 9.0)}
-), logging.getLogger())
+), log)
 def positions():
     out = np.empty((9, 9, 3))
     live.write_positions(out)
@@ -333,15 +335,15 @@ def tick_while(condition):
         time.sleep(0.002)
 first = positions()
 live.tick(1 / 60, period=1 / 60, wall=1 / 60)
-print('held at first:', live.take_report().held, np.array_equal(first, positions()))
+log.info(f'held at first: {live.take_report().held} {np.array_equal(first, positions())}')
 tick_while(lambda: not live.running)
 tick_while(lambda: np.array_equal(first, positions()))
-print('moves')
+log.info('moves')
 live.bodies.move('sphere', (0.0, 0.0, 1.0))
 tick_while(lambda: live.colliders['sphere'].position[2] > 5.0)
-print('sphere moved')
+log.info('sphere moved')
 tick_while(lambda: live.values()['error estimate [m]'] == 'not yet sampled')
-print('estimated', live.values()['error estimate [m]'] < 0.01)
+log.info(f"estimated {live.values()['error estimate [m]'] < 0.01}")
 live.close()
 """
 
