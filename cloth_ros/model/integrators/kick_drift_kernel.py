@@ -340,9 +340,9 @@ def compose(
                         )  # fmt: skip
                 if sweeping and operation == SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
-                        sweep(side, h, drifts % 2 == 1, position, velocity, former, sheet_contacts)
+                        sweep(side, h, position, velocity, former, sheet_contacts)
                 elif sweeping and operation == SWEEP_BETWEEN and chunk == 0:
-                    sweep(2, h, drifts % 2 == 1, position, velocity, former, sheet_contacts)
+                    sweep(2, h, position, velocity, former, sheet_contacts)
                     end_sweep(sheet_contacts)
                 if gripping:
                     if operation <= KICK:

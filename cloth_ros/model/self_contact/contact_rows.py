@@ -22,6 +22,8 @@ from .supports import UNSUPPORTED
 _HARDEST = 0.05
 # Inverse mass, in units of that of a cell, of a pair that cannot move.
 _NO_MASS = 1e-3
+# Distance, as a share of that at rest, from which on nearer pairs are treated last.
+_TOO_NEAR = 0.4
 # Numbers about a vertex: the normals of its last two contacts with an edge or a corner, and those
 # of contacts with triangles; and from which difference, or up to which cosine of the angle between
 # them, two are different.
@@ -91,6 +93,12 @@ def _faces(faces, i, nx, ny, nz, note):  # type: ignore[no-untyped-def]
     return False
 
 
+@exact_inlined
+def _inside(found, f):  # type: ignore[no-untyped-def]
+    """Return whether a vertex is above the inside of a triangle."""
+    return found[f, 1] != 0.0 and found[f, 2] != 0.0 and found[f, 3] != 0.0
+
+
 @exact
 def write_contacts(  # type: ignore[no-untyped-def]
     found, found_pairs, counts, pairs, inverse_masses, supports, begin, stride, columns, faces,
@@ -101,6 +109,9 @@ def write_contacts(  # type: ignore[no-untyped-def]
 
     Contacts of a vertex with an edge or a corner that others repeat are left out: those with a
     second triangle there, and those in the direction of a triangle that the vertex is above.
+
+    Features that are much too near come last: a sweep meets the last contact in full, and others
+    may press the features of an earlier one together again, in each sweep.
 
     Parameters
     ----------
@@ -121,8 +132,8 @@ def write_contacts(  # type: ignore[no-untyped-def]
 
     Returns
     -------
-    int
-        Number of contacts.
+    (int, int)
+        Number of contacts, and of those that are not to be treated last.
 
     """
     faces[:] = 0.0
@@ -131,21 +142,26 @@ def write_contacts(  # type: ignore[no-untyped-def]
     for chunk in range(CHUNKS):
         for each in range(chunk * room, chunk * room + counts[chunk]):
             f = np.uint64(each)
-            if found[f, 1] != 0.0 and found[f, 2] != 0.0 and found[f, 3] != 0.0:
+            if _inside(found, f):
                 i = pairs[np.uint64(found_pairs[f]), 0]
                 _faces(faces, i, found[f, 4], found[f, 5], found[f, 6], True)
-    count = 0
-    for chunk in range(2 * CHUNKS):
-        for each in range(chunk * room, chunk * room + counts[chunk]):
-            f = np.uint64(each)
-            p = np.uint64(found_pairs[f])
-            if chunk < CHUNKS and (found[f, 1] == 0.0 or found[f, 2] == 0.0 or found[f, 3] == 0.0):
-                i, x, y, z = pairs[p, 0], found[f, 4], found[f, 5], found[f, 6]
-                if _faces(faces, i, x, y, z, False) or _known(last, i, x, y, z):
+    count, ordinary = 0, 0
+    for last_ones in (False, True):
+        for chunk in range(2 * CHUNKS):
+            for each in range(chunk * room, chunk * room + counts[chunk]):
+                f = np.uint64(each)
+                if (found[f, 7] < _TOO_NEAR * found[f, 8]) != last_ones:
                     continue
-            _write_row(
-                particles, rows, count, pairs, p, found, f, inverse_masses, supports, begin,
-                stride, columns,
-            )  # fmt: skip
-            count += 1
-    return count
+                p = np.uint64(found_pairs[f])
+                if chunk < CHUNKS and not _inside(found, f):
+                    i, x, y, z = pairs[p, 0], found[f, 4], found[f, 5], found[f, 6]
+                    if _faces(faces, i, x, y, z, False) or _known(last, i, x, y, z):
+                        continue
+                _write_row(
+                    particles, rows, count, pairs, p, found, f, inverse_masses, supports, begin,
+                    stride, columns,
+                )  # fmt: skip
+                count += 1
+        if not last_ones:
+            ordinary = count
+    return count, ordinary

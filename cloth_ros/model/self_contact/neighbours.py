@@ -213,15 +213,17 @@ class Neighbours:
 
         """
         self.renewals += 1
-        renewed = (self._moved[0] > _SOON * self._margins[0]) | short[0]
-        renewed = _and_around(renewed.reshape(self._size)).ravel()
-        groups, few = len(self.list.groups), _FEW * len(renewed)
-        long = groups > _LONGER * max(self._number, few)
-        many = np.count_nonzero(renewed) > _WHOLE * len(renewed)
+        groups, few = len(self.list.groups), _FEW * len(self._all)
         # Cells may have been left out because of the sides of those between them.
-        self.whole = bool(long or many or groups <= few or short[1].any())
+        long = groups > _LONGER * max(self._number, few)
+        self.whole = bool(long or groups <= few or short[1].any())
+        if not self.whole:
+            renewed = (self._moved[0] > _SOON * self._margins[0]) | short[0]
+            renewed = _and_around(renewed.reshape(self._size)).ravel()
+            self.whole = bool(np.count_nonzero(renewed) > _WHOLE * len(renewed))
         if self.whole:
-            renewed[:], self._mean[:] = True, 0.0
+            renewed = np.ones(len(self._all), np.bool_)
+            self._mean[:] = 0.0
             write_edges(now, self._layout, self._edges)
         self._choose_margins(short)
         refer(now, self._mean, renewed, *self._layout, self._reference)
@@ -233,7 +235,10 @@ class Neighbours:
             self._blocks.bound(before, *self._layout[:2], extend=True)
         self._blocks.finish()
         count = self._find_cells(renewed)
-        self._find(before, now, renewed, count, swept=swept)
+        if self.whole and count == 0:
+            self.list.clear()
+        else:
+            self._find(before, now, renewed, count, swept=swept)
         if self.whole:
             self._number = len(self.list.groups)
             near = np.count_nonzero(self.list.nearest < self._reach)

@@ -213,13 +213,13 @@ class SelfContact:
                 break
             self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
         particles, rows = self._room.particles, self._room.rows
-        count = write_contacts(
+        count, ordinary = write_contacts(
             self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
             self._room.supports, *self._layout, self._faces, self._last, particles, rows,
         )  # fmt: skip
         starts = np.array([0, count, count, count])
         if self._divided and count:
-            divide(particles, rows, count, state.position, *self._sorted, starts)
+            divide(particles, rows, count, ordinary, state.position, *self._sorted, starts)
             particles, rows = self._sorted
         self.contacts, self.distance = count, float(least.min())
         self.in_kernel = self._room._replace(particles=particles, rows=rows, starts=starts)

@@ -1,13 +1,14 @@
 """
 Contacts of a sheet with itself in the kernel of kicks and drifts: impulses and friction.
 
-After each kick and drift the contacts of the part are treated one after the other, forwards and
-backwards in turn (Gauss-Seidel).  Two features that would come nearer than their distance at rest
-get the impulse that stops them there, and friction after Coulomb.  The drift is corrected by the
-change of velocity, as if the impulse had acted before it: a pair at rest does not sink between two
-substeps.  Features that were too near at the start of the part are pressed apart by a force in
-proportion to what is missing, and slowly.  So they come to rest where that force is no less than
-the load; without a bound, contacts of a fold that exclude each other would drive it for ever.
+After each kick and drift the contacts of the part are treated one after the other (Gauss-Seidel),
+always in the same order: what a sweep leaves depends on the order, and one that changed would
+shake layers that rest.  Two features that would come nearer than their distance at rest get the
+impulse that stops them there, and friction after Coulomb.  The drift is corrected by the change of
+velocity, as if the impulse had acted before it: a pair at rest does not sink between two substeps.
+Features that were too near at the start of the part are pressed apart by a force in proportion to
+what is missing, and slowly.  So they come to rest where that force is no less than the load;
+without a bound, contacts of a fold that exclude each other would drive it for ever.
 
 An impulse to stop a pair, or its sliding, must add no energy to what a kick and a drift conserve;
 see `contact.particle_contact`.  A sheet that rests on itself is shaken otherwise.
@@ -120,7 +121,7 @@ def _lift(position, velocity, lifts, supports, i, length):  # type: ignore[no-un
 
 
 @inlined
-def sweep(group, length, backwards, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
+def sweep(group, length, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
     """
     Stop what comes too near in a drift, and apply friction.
 
@@ -130,8 +131,6 @@ def sweep(group, length, backwards, position, velocity, former, contacts):  # ty
         Of contacts, which are treated.
     length
         Of the drift, s, in the precision of the sheet.
-    backwards
-        True to begin with the last contact.
     position, velocity
         After the drift, m and m/s, flat arrays; changed.
     former
@@ -146,9 +145,8 @@ def sweep(group, length, backwards, position, velocity, former, contacts):  # ty
     friction = number(friction)
     approach, restored = one / max(length, number(_SHORTEST)), one / number(_RESTORING)
     stiffness = length / number(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
-    begin, end = starts[group], starts[group + 1]
-    for each in range(end - begin):
-        c = np.uint64(end - 1 - each if backwards else begin + each)
+    for contact in range(starts[group], starts[group + 1]):
+        c = np.uint64(contact)
         i, j = np.uint64(particles[c, 0]), np.uint64(particles[c, 1])
         k, h = np.uint64(particles[c, 2]), np.uint64(particles[c, 3])
         nx, ny, nz = rows[c, NORMAL], rows[c, NORMAL + 1], rows[c, NORMAL + 2]

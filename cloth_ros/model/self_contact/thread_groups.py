@@ -8,16 +8,16 @@ from ..kernels.jit import exact
 
 
 @exact
-def divide(particles, rows, count, position, out_particles, out_rows, starts):  # type: ignore[no-untyped-def]
+def divide(particles, rows, count, ordinary, position, out_particles, out_rows, starts):  # type: ignore[no-untyped-def]
     """
     Sort contacts into two groups that share no particle, and a third one of all others.
 
-    Contacts are on both sides of a plane; those of the third group are near it.
+    Contacts are on both sides of a plane; those of the third group are near it, or treated last.
 
     Parameters
     ----------
-    particles, rows, count
-        From `find_contacts`.
+    particles, rows, count, ordinary
+        From `write_contacts`: those from `ordinary` on are treated last.
     position
         Flat array, m.
     out_particles, out_rows
@@ -46,6 +46,8 @@ def divide(particles, rows, count, position, out_particles, out_rows, starts):  
                 if position[axis, np.uint64(particles[c, n])] < mean[axis]:
                     below += 1
             group = 0 if below == 4 else (1 if below == 0 else 2)
+            if contact >= ordinary:
+                group = 2
             if write:
                 to = np.uint64(place[group])
                 for n in range(4):
