@@ -27,7 +27,7 @@ from ..kernels.thread_pool import (
     mark_done,
     notify,
 )
-from ..self_contact.sheet_contacts import end_sweep, sweep
+from ..self_contact.sheet_contacts import copy_particles, sweep, write_back
 
 # Operations; those up to KICK write new positions.  Plain numbers and not an enumeration: Numba
 # takes both as constants, but NumPy calls Python code of an IntEnum when it compares with one, and
@@ -43,9 +43,10 @@ DAMP = 5  # a stage of the dashpots, the first one at the velocities of `midpoin
 FIND_CONTACT_KICK = 6
 RESOLVE = 7  # contact alone, after a drift that has been made
 # Contacts of the sheet with itself, after a drift that has been made: those on two sides of the
-# sheet, then those between them.
+# sheet, then those between them; and the end, which writes back what has changed.
 SWEEP_SIDES = 8
 SWEEP_BETWEEN = 9
+END_SWEEPS = 10
 
 # Columns of the table: the operation, the factors of velocity and acceleration in a kick, the
 # length of the drift after it, the strength of the air, and 1 to add the contact kick in `stage`.
@@ -338,12 +339,17 @@ def compose(
                             first, last, position, components(back_buffer), midpoint,
                             components(velocity), h, True,
                         )  # fmt: skip
-                if sweeping and operation == SWEEP_SIDES:
+                if sweeping and operation == SWEEP_BETWEEN and chunk == 0:
+                    copy_particles(2, position, velocity, former, sheet_contacts)
+                    sweep(2, h, sheet_contacts)
+                    write_back(2, position, velocity, sheet_contacts)
+                elif sweeping and operation >= SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
-                        sweep(side, h, position, velocity, former, sheet_contacts)
-                elif sweeping and operation == SWEEP_BETWEEN and chunk == 0:
-                    sweep(2, h, position, velocity, former, sheet_contacts)
-                    end_sweep(sheet_contacts)
+                        if operation == SWEEP_SIDES:
+                            copy_particles(side, position, velocity, former, sheet_contacts)
+                            sweep(side, h, sheet_contacts)
+                        elif operation == END_SWEEPS:
+                            write_back(side, position, velocity, sheet_contacts)
                 if gripping:
                     if operation <= KICK:
                         hold(first, last, drifts, back_buffer, velocity, grips)

@@ -21,7 +21,7 @@ from numba.core.compiler import Compiler
 # Reassociation lets sums vectorise; reciprocals and square roots may be estimated and refined.
 # NaN and infinity keep their meaning ('nnan' and 'ninf' are left out), so that a state that is
 # not finite shows as such.
-_RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
+RELAXED = {'reassoc', 'contract', 'arcp', 'afn', 'nsz'}
 
 # Without wrappers for calls from C and from Python that are not needed: a third of the time.
 _NO_CALLBACK: dict[str, Any] = {'no_cfunc_wrapper': True}
@@ -207,7 +207,7 @@ def kernel(function: Kernel) -> Kernel:
     Loops index with `numpy.uint64`: for signed indices the compiler must allow for Python's
     negative ones, and the wrap-around keeps a loop scalar.
     """
-    return _compiled(function, fastmath=_RELAXED, nogil=True, **_NO_CALLBACK)
+    return _compiled(function, fastmath=RELAXED, nogil=True, **_NO_CALLBACK)
 
 
 def inlined(function: Kernel) -> Kernel:
@@ -216,7 +216,7 @@ def inlined(function: Kernel) -> Kernel:
 
     A call that the compiler does not inline keeps the loop around it scalar.
     """
-    return _part(function, fastmath=_RELAXED, forceinline=True)
+    return _part(function, fastmath=RELAXED, forceinline=True)
 
 
 def disjoint(function: Kernel) -> Kernel:
@@ -226,7 +226,7 @@ def disjoint(function: Kernel) -> Kernel:
     Nothing then checks before each loop that they do not, which for 15 arrays takes as long as
     their loop over some 100 particles.  Rows of one array must be passed each for itself.
     """
-    return _part(function, _DisjointPartCompiler, fastmath=_RELAXED, forceinline=True)
+    return _part(function, _DisjointPartCompiler, fastmath=RELAXED, forceinline=True)
 
 
 @inlined

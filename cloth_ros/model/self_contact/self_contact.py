@@ -23,7 +23,8 @@ from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..kernels.thread_pool import shared_thread_pool
 from ..state import State, max_speed
-from .contact_rows import FACES, LAST, write_contacts
+from .contact_order import arrange
+from .contact_rows import FACES, LAST, place_particles, write_contacts
 from .contact_search import FOUND, find_contacts
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
@@ -31,9 +32,8 @@ from .pair_list import CHUNKS
 from .particle_arrays import load_start, load_vectors, store_positions
 from .path_search import find_blocked
 from .response import push_back, shorten
-from .sheet_contacts import ROW, SheetContacts
+from .sheet_contacts import PARTICLE, ROW, SUPPORT, SheetContacts
 from .supports import UNSUPPORTED, find_supports
-from .thread_groups import divide
 
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
 # which nothing is.
@@ -102,14 +102,17 @@ class SelfContact:
         self._reference = grid.field(dtype)
         self._moved: Array = np.zeros(number, dtype)
         self._former, self._passed = self._moved.copy(), np.zeros(number)
-        supports = grid.field(dtype, components=4)
-        supports[3] = UNSUPPORTED
-        none: Array = np.zeros(0, np.int64)
+        self._supports = grid.field(dtype, components=4)
+        self._supports[3] = UNSUPPORTED
+        self._supported: Array = np.zeros(0, np.int64)  # flat indices
+        self._places: Array = np.zeros(grid.size, np.int32)
         self._none = SheetContacts(
-            np.zeros((0, 4), np.int64), np.zeros((0, ROW), dtype), np.zeros(4, np.int64), supports,
-            none, grid.field(dtype), friction,
+            np.zeros((0, 4), np.uint32), np.zeros((0, ROW), dtype), np.zeros(4, np.int64),
+            np.zeros(number, np.uint32), np.zeros(4, np.int64),
+            np.zeros((number, PARTICLE), dtype), np.zeros((number, SUPPORT), dtype), friction,
         )  # fmt: skip
-        self.in_kernel = self._room = self._none
+        self.in_kernel = self._none
+        self._room = self._none._replace(starts=self._none.starts.copy())
         self._make_room(2 * CHUNKS * _LEAST_ROOM)
         self._blocked_particles: Array = np.zeros((CHUNKS, 4), np.int64)
         self._blocked: Array = np.zeros((CHUNKS, FOUND))
@@ -189,16 +192,14 @@ class SelfContact:
         self._moved[:] = self._passed[:] = 0.0
 
     def _find_supports(self, state: State, surfaces: Sequence[Surface]) -> None:
-        supports, former = self._room.supports, self._room.supported
-        supports[:, former] = self._room.lifts[:, former] = 0.0
-        supports[3, former] = UNSUPPORTED
+        supports, former = self._supports, self._supported
+        supports[:, former], supports[3, former] = 0.0, UNSUPPORTED
         for each in surfaces:
             find_supports(
                 state.position, self._neighbours.list.used, each.rho, *self._layout, each.kind,
                 each.row, each.fields, _TOUCH * self._thickness, supports,
             )  # fmt: skip
-        supported = np.flatnonzero(supports[3] > UNSUPPORTED) if surfaces else self._none.supported
-        self._room = self._room._replace(supported=supported)
+        self._supported = np.flatnonzero(supports[3] > UNSUPPORTED) if surfaces else former[:0]
 
     def _find_contacts(self, state: State) -> None:
         near, passed, moved = self._neighbours, self._passed, self._moved
@@ -212,25 +213,30 @@ class SelfContact:
             if 2 * CHUNKS * counts.max() <= len(self._found):
                 break
             self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
-        particles, rows = self._room.particles, self._room.rows
+        written = self._written
+        pairs, rows, starts, particles, firsts, _, supports, _ = self._room
         count, ordinary = write_contacts(
             self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
-            self._room.supports, *self._layout, self._faces, self._last, particles, rows,
+            self._supports, *self._layout, self._faces, self._last, *written,
         )  # fmt: skip
-        starts = np.array([0, count, count, count])
-        if self._divided and count:
-            divide(particles, rows, count, ordinary, state.position, *self._sorted, starts)
-            particles, rows = self._sorted
+        arrange(
+            *written, count, ordinary, self._divided, state.position, self._arranged, rows, starts
+        )
+        place_particles(
+            self._arranged, starts, self._supports, self._places, pairs, particles, firsts,
+            supports,
+        )  # fmt: skip
         self.contacts, self.distance = count, float(least.min())
-        self.in_kernel = self._room._replace(particles=particles, rows=rows, starts=starts)
+        self.in_kernel = self._room
 
     def _make_room(self, size: int) -> None:
         """Make room for so many contacts."""
         self._found, self._found_pairs = np.zeros((size, FOUND)), np.zeros(size, np.int64)
-        particles: Array = np.zeros((size, 4), np.int64)
+        contacts: Array = np.zeros((size, 4), np.int64)
         rows: Array = np.zeros((size, ROW), self._dtype)
-        self._room = self._room._replace(particles=particles, rows=rows)
-        self._sorted = (particles.copy(), rows.copy())
+        self._written, self._arranged = (contacts, rows), contacts.copy()
+        pairs: Array = np.zeros((size, 4), np.uint32)
+        self._room = self._room._replace(pairs=pairs, rows=rows.copy())
 
     # End of a part
 
@@ -321,7 +327,6 @@ class SelfContact:
         self.begin_part(state, 0.0, ())
         self._load_start(state, 0.0, state.position)
         self._find_contacts(state)
-        divide(*self._sorted, 0, state.position, *self._sorted, np.zeros(4, np.int64))
         self._find_blocked(again=False)
         push_back(
             self._now, self._inverse_masses, self._blocked_particles, self._blocked, 0,

@@ -19,6 +19,9 @@ impulse on the particle is the full one nevertheless, which the collider takes u
 substep, and accounts for.
 
 Normals and weights are those at the start of the part.
+
+A sweep is bound by the number of instructions.  So the particles in contact are copied, as vectors
+of four numbers, to an array of their own, in the order in which the contacts come to them.
 """
 
 from __future__ import annotations
@@ -30,18 +33,28 @@ import numpy as np
 from ..contact.particle_contact import TURNED
 from ..grid import Array
 from ..kernels.jit import inlined
+from ..kernels.vector import dot, load, number, store, vector3
 
-# Numbers about a contact: the weights of its particles, those times their inverse masses, the
-# normal, the distance at rest, m, the mass of the relative motion, whether a collider supports one
-# of the particles, by how much the distance is too small at the start of the part, m, and a factor
-# of what parts the features then.
-WEIGHTS, INVERSE_MASSES, NORMAL, REST, MASS, SUPPORTED = 0, 4, 8, 11, 12, 13
-LACK, HARDNESS, ROW = 14, 15, 16
+# Vectors of four numbers about a contact: whether a collider supports one of the particles, and
+# the weights of all but the first, which is minus their sum; the weights of all times their
+# inverse masses; the normal.
+WEIGHTS, INVERSE_MASSES, NORMAL = 0, 1, 2
+# Numbers about it, the first of these vectors and four more: the distance at rest, m, the mass of
+# the relative motion, by how much the distance is too small at the start of the part, m, and a
+# factor of what parts the features then.
+SUPPORTED, REST, MASS, LACK, HARDNESS, ROW = 0, 12, 13, 14, 15, 16
+# Vectors about a particle: position, velocity, that before the kick, and by how much a collider
+# changes the velocity.
+_POSITION, _VELOCITY, _FORMER, _LIFT = 0, 1, 2, 3
+# Their numbers, and those about what supports a particle: the normal, as a vector, and the least
+# velocity along it, m/s.
+PARTICLE, SUPPORT, LEAST = 16, 5, 4
 # Time, s, in which what is missing is restored at the fastest; and the one whose inverse
 # square is the stiffness of the force that does, for a mass of 1.
 _RESTORING, _STIFFENING = 0.02, 1e-3
-# Length of a drift, s, below which nothing is foreseen in it.
-_SHORTEST = 1e-12
+# Length of a drift, s, below which nothing is foreseen in it; and the least speed, m/s, of what
+# slides.
+_SHORTEST, _SLOWEST = 1e-12, 1e-12
 
 
 class SheetContacts(NamedTuple):
@@ -50,80 +63,115 @@ class SheetContacts(NamedTuple):
 
     Attributes
     ----------
-    particles
-        Flat indices, int64, shape (n, 4).
+    pairs
+        Places of the four particles of each contact among the `particles`, uint32, shape (n, 4).
     rows
         In the precision of the sheet, shape (n, ROW).
     starts
         Where groups of contacts begin, of which the first two share no particle, and their number:
         int64, shape (4,).
-    supports, supported
-        Normal of the collider at each particle, and least velocity along it, m/s: shape (4, size);
-        and flat indices of the particles that one supports, int64, shape (m,).
-    lifts
-        Scratch: shape (3, size).
+    particles
+        Flat indices of those in contact, uint32, shape (m,).
+    firsts
+        Where those begin that are in each group, but in none before, and their number: int64,
+        shape (4,).
+    copies
+        Scratch: shape (m, PARTICLE).
+    supports
+        What supports these particles, shape (m, SUPPORT).
     friction
         Coefficient.
 
     """
 
-    particles: Array
+    pairs: Array
     rows: Array
     starts: Array
+    particles: Array
+    firsts: Array
+    copies: Array
     supports: Array
-    supported: Array
-    lifts: Array
     friction: float
 
 
 @inlined
-def _relative(field, axis, rows, c, i, j, k, h):  # type: ignore[no-untyped-def]
-    """Return a component of the difference of a field between both points of a contact."""
-    origin = field[axis, i]
+def copy_particles(group, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
+    """Copy the particles of a group of contacts for its sweep."""
+    _, _, _, particles, firsts, copies, _, _ = contacts
+    zero = velocity.dtype.type(0)
+    for place in range(firsts[group], firsts[group + 1]):
+        p = np.uint64(place)
+        i = np.uint64(particles[p])
+        store(copies, p, _POSITION, vector3(position[0, i], position[1, i], position[2, i]))
+        store(copies, p, _VELOCITY, vector3(velocity[0, i], velocity[1, i], velocity[2, i]))
+        store(copies, p, _FORMER, vector3(former[0, i], former[1, i], former[2, i]))
+        store(copies, p, _LIFT, vector3(zero, zero, zero))
+
+
+@inlined
+def write_back(group, position, velocity, contacts):  # type: ignore[no-untyped-def]
+    """Write back what `copy_particles` has copied."""
+    _, _, _, particles, firsts, copies, _, _ = contacts
+    for place in range(firsts[group], firsts[group + 1]):
+        p = np.uint64(place)
+        i = np.uint64(particles[p])
+        x, y, z, _ = _numbers(load(copies, p, _POSITION))
+        position[0, i], position[1, i], position[2, i] = x, y, z
+        x, y, z, _ = _numbers(load(copies, p, _VELOCITY))
+        velocity[0, i], velocity[1, i], velocity[2, i] = x, y, z
+
+
+@inlined
+def _numbers(vector):  # type: ignore[no-untyped-def]
+    return number(vector, 0), number(vector, 1), number(vector, 2), number(vector, 3)
+
+
+@inlined
+def _load(copies, what, i, j, k, h):  # type: ignore[no-untyped-def]
+    """Return a vector of each particle of a contact."""
+    return (
+        load(copies, i, what),
+        load(copies, j, what),
+        load(copies, k, what),
+        load(copies, h, what),
+    )
+
+
+@inlined
+def _relative(weights, vectors):  # type: ignore[no-untyped-def]
+    """Return the difference of a vector between both points of a contact."""
+    first, second, third, fourth = vectors
     # Differences from one particle: those of coordinates far from the origin are more exact.
     return (
-        rows[c, WEIGHTS + 1] * (field[axis, j] - origin)
-        + rows[c, WEIGHTS + 2] * (field[axis, k] - origin)
-        + rows[c, WEIGHTS + 3] * (field[axis, h] - origin)
+        number(weights, 1) * (second - first)
+        + number(weights, 2) * (third - first)
+        + number(weights, 3) * (fourth - first)
     )
 
 
 @inlined
-def _push(position, velocity, i, inverse, length, x, y, z):  # type: ignore[no-untyped-def]
-    """Give an impulse to a particle, before a drift that has been made."""
-    u, v, w = inverse * x, inverse * y, inverse * z
-    velocity[0, i] += u
-    velocity[1, i] += v
-    velocity[2, i] += w
-    position[0, i] += length * u
-    position[1, i] += length * v
-    position[2, i] += length * w
+def _push(copies, i, position, velocity, length, change):  # type: ignore[no-untyped-def]
+    """Change the velocity of a particle, before a drift that has been made."""
+    store(copies, i, _POSITION, position + length * change)
+    store(copies, i, _VELOCITY, velocity + change)
 
 
 @inlined
-def _lift(position, velocity, lifts, supports, i, length):  # type: ignore[no-untyped-def]
-    """Let a collider keep a particle that was pushed from moving into it."""
-    zero = velocity.dtype.type(0)
-    x, y, z = supports[0, i], supports[1, i], supports[2, i]
-    speed = (
-        x * (velocity[0, i] + lifts[0, i])
-        + y * (velocity[1, i] + lifts[1, i])
-        + z * (velocity[2, i] + lifts[2, i])
-    )
-    lack = max(supports[3, i] - speed, zero)
-    lifts[0, i] += lack * x
-    lifts[1, i] += lack * y
-    lifts[2, i] += lack * z
-    back = length * lack
-    position[0, i] += back * x
-    position[1, i] += back * y
-    position[2, i] += back * z
+def _push_supported(copies, supports, i, position, velocity, length, change):  # type: ignore[no-untyped-def]
+    """Do the same where a collider keeps the particle from moving into it."""
+    velocity = velocity + change
+    normal, lift = load(supports, i, 0), load(copies, i, _LIFT)
+    lack = max(supports[i, LEAST] - dot(normal, velocity + lift), copies.dtype.type(0))
+    lifted = lack * normal
+    store(copies, i, _LIFT, lift + lifted)
+    store(copies, i, _POSITION, position + length * (change + lifted))
+    store(copies, i, _VELOCITY, velocity)
 
 
 @inlined
-def sweep(group, length, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
+def sweep(group, length, contacts):  # type: ignore[no-untyped-def]
     """
-    Stop what comes too near in a drift, and apply friction.
+    Stop what comes too near in a drift, and apply friction, in the copies of the particles.
 
     Parameters
     ----------
@@ -131,81 +179,57 @@ def sweep(group, length, position, velocity, former, contacts):  # type: ignore[
         Of contacts, which are treated.
     length
         Of the drift, s, in the precision of the sheet.
-    position, velocity
-        After the drift, m and m/s, flat arrays; changed.
-    former
-        Velocities before the kick, m/s.
     contacts
         A `SheetContacts`.
 
     """
-    particles, rows, starts, supports, _, lifts, friction = contacts
-    number = velocity.dtype.type
-    zero, one = number(0), number(1)
-    friction = number(friction)
-    approach, restored = one / max(length, number(_SHORTEST)), one / number(_RESTORING)
-    stiffness = length / number(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
+    pairs, rows, starts, _, _, copies, supports, friction = contacts
+    real = copies.dtype.type
+    zero, one = real(0), real(1)
+    friction = real(friction)
+    approach, restored = one / max(length, real(_SHORTEST)), one / real(_RESTORING)
+    stiffness = length / real(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
     for contact in range(starts[group], starts[group + 1]):
         c = np.uint64(contact)
-        i, j = np.uint64(particles[c, 0]), np.uint64(particles[c, 1])
-        k, h = np.uint64(particles[c, 2]), np.uint64(particles[c, 3])
-        nx, ny, nz = rows[c, NORMAL], rows[c, NORMAL + 1], rows[c, NORMAL + 2]
-        x = _relative(velocity, 0, rows, c, i, j, k, h)
-        y = _relative(velocity, 1, rows, c, i, j, k, h)
-        z = _relative(velocity, 2, rows, c, i, j, k, h)
+        i, j = np.uint64(pairs[c, 0]), np.uint64(pairs[c, 1])
+        k, h = np.uint64(pairs[c, 2]), np.uint64(pairs[c, 3])
+        normal, weights = load(rows, c, NORMAL), load(rows, c, WEIGHTS)
         lifted = rows[c, SUPPORTED] > zero
+        velocities = _load(copies, _VELOCITY, i, j, k, h)
+        velocity = _relative(weights, velocities)
         if lifted:
-            x += _relative(lifts, 0, rows, c, i, j, k, h)
-            y += _relative(lifts, 1, rows, c, i, j, k, h)
-            z += _relative(lifts, 2, rows, c, i, j, k, h)
-        along = nx * x + ny * y + nz * z
+            velocity = velocity + _relative(weights, _load(copies, _LIFT, i, j, k, h))
+        along = dot(normal, velocity)
         # By how much the pair is too near before the drift, and too slow along the normal.
-        lack = (
-            rows[c, REST]
-            + length * along
-            - (
-                nx * _relative(position, 0, rows, c, i, j, k, h)
-                + ny * _relative(position, 1, rows, c, i, j, k, h)
-                + nz * _relative(position, 2, rows, c, i, j, k, h)
-            )
-        )
+        positions = _load(copies, _POSITION, i, j, k, h)
+        lack = rows[c, REST] + length * along - dot(normal, _relative(weights, positions))
         parted = rows[c, HARDNESS] * min(max(lack, zero), rows[c, LACK])
         force = stiffness * parted
         aim = max(along + force, min(lack, zero) * approach)
         missing = min(aim, max(restored * parted, along)) - along
         if not missing > zero:
             continue
-        u = _relative(former, 0, rows, c, i, j, k, h)
-        v = _relative(former, 1, rows, c, i, j, k, h)
-        w = _relative(former, 2, rows, c, i, j, k, h)
-        was = u * nx + v * ny + w * nz
+        former = _relative(weights, _load(copies, _FORMER, i, j, k, h))
+        was = dot(normal, former)
         missing = min(missing, max(-along - max(was, zero), zero) + force)
-        x, y, z = x - along * nx, y - along * ny, z - along * nz
-        squared = x * x + y * y + z * z
-        slip = np.sqrt(squared)
-        # Friction stops the sliding, or is in proportion to the push.
+        sliding = velocity - along * normal
+        squared = dot(sliding, sliding)
+        # Friction stops the sliding, or is in proportion to the push.  Which of both is no branch:
+        # the processor could not predict it.
         mass, most = rows[c, MASS], friction * missing
-        share = mass if slip <= most else mass * most / slip
-        share = share if u * x + v * y + w * z >= -number(TURNED) * squared else zero
-        push = mass * missing
-        x, y, z = push * nx - share * x, push * ny - share * y, push * nz - share * z
-        a, b = rows[c, INVERSE_MASSES], rows[c, INVERSE_MASSES + 1]
-        d, e = rows[c, INVERSE_MASSES + 2], rows[c, INVERSE_MASSES + 3]
-        _push(position, velocity, i, a, length, x, y, z)
-        _push(position, velocity, j, b, length, x, y, z)
-        _push(position, velocity, k, d, length, x, y, z)
-        _push(position, velocity, h, e, length, x, y, z)
+        share = mass * min(most / max(np.sqrt(squared), real(_SLOWEST)), one)
+        share = share if dot(former, sliding) >= -real(TURNED) * squared else zero
+        impulse = (mass * missing) * normal - share * sliding
+        a, b, d, e = _numbers(load(rows, c, INVERSE_MASSES))
+        (p, q, r, s), (u, v, w, t) = positions, velocities
+        # One function for both would count the arrays that one of them uses, in each contact.
         if lifted:
-            _lift(position, velocity, lifts, supports, i, length)
-            _lift(position, velocity, lifts, supports, j, length)
-            _lift(position, velocity, lifts, supports, k, length)
-            _lift(position, velocity, lifts, supports, h, length)
-
-
-@inlined
-def end_sweep(contacts):  # type: ignore[no-untyped-def]
-    """Forget what colliders have taken up in a sweep."""
-    _, _, _, _, supported, lifts, _ = contacts
-    for n in range(len(supported)):
-        i = np.uint64(supported[n])
-        lifts[0, i] = lifts[1, i] = lifts[2, i] = lifts.dtype.type(0)
+            _push_supported(copies, supports, i, p, u, length, a * impulse)
+            _push_supported(copies, supports, j, q, v, length, b * impulse)
+            _push_supported(copies, supports, k, r, w, length, d * impulse)
+            _push_supported(copies, supports, h, s, t, length, e * impulse)
+        else:
+            _push(copies, i, p, u, length, a * impulse)
+            _push(copies, j, q, v, length, b * impulse)
+            _push(copies, k, r, w, length, d * impulse)
+            _push(copies, h, s, t, length, e * impulse)
