@@ -27,7 +27,7 @@ from .particle_arrays import load_vectors
 _FLAT = 1.02 * REACH
 # How far the particles of a cell with pairs may move at least and at most, in thicknesses; the
 # same in a sheet that lies in layers; and those of a cell without pairs at most, in spacings.
-_MARGINS, _MARGINS_IN_LAYERS, _MOST_MARGIN = (0.15, 0.35), (0.25, 0.6), 2.0
+_MARGINS, _MARGINS_IN_LAYERS, _MOST_MARGIN = (0.15, 0.35), (0.12, 0.3), 2.0
 # What edges of a cell may change at least and at most, as a share of what they can lose before a
 # flat sheet counts as one that is not flat; and in a sheet that lies in layers, where cells that
 # exceed it do not count as parts of flat blocks any more.
