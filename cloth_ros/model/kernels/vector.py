@@ -125,7 +125,7 @@ def _define(function: Any, left: type[types.Type], generate: _Generator) -> None
     """
     Define an operator on a vector at its right; the result is a vector like this.
 
-    As an instruction, and not as a function that overloads the operator: that would be called.
+    As an instruction: a function that overloads the operator would be compiled for itself.
     """
 
     class Operator(AbstractTemplate):
