@@ -55,14 +55,20 @@ def towel(side: int, thickness: float, **changes: Any) -> Scene:
     )
 
 
+def fold_twice(cloth: Cloth, seconds: float) -> None:
+    """Assign a sheet that is folded into four layers; each fold comes to rest for some seconds."""
+    sheet, thickness = cloth.scene.sheet, cloth.scene.self_contact.thickness
+    cloth.positions = folded(sheet.rows, sheet.columns, sheet.size, 2 * thickness)
+    cloth.advance(seconds)
+    cloth.positions = folded_again(cloth.positions, thickness)
+    cloth.velocities = np.zeros((sheet.rows, sheet.columns, 3))
+    cloth.advance(seconds)
+
+
 def four_layers(side: int, threads: int = 1) -> Cloth:
     """Return a towel that lies on the table folded into four layers."""
     cloth = Cloth(towel(side, THICKNESS, drag=_SETTLING_DRAG, solver__threads=threads))
-    cloth.positions = folded(side, side, (SIZE, SIZE), 2 * THICKNESS)
-    cloth.advance(_SETTLING)
-    cloth.positions = folded_again(cloth.positions, THICKNESS)
-    cloth.velocities = np.zeros((side, side, 3))
-    cloth.advance(_SETTLING)
+    fold_twice(cloth, _SETTLING)
     return cloth
 
 

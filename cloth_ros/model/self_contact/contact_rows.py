@@ -23,8 +23,6 @@ from .supports import UNSUPPORTED
 _HARDEST = 0.05
 # Inverse mass, in units of that of a cell, of a pair that cannot move.
 _NO_MASS = 1e-3
-# Distance, as a share of that at rest, from which on nearer pairs are treated last.
-_TOO_NEAR = 0.4
 # Numbers about a vertex: the normals of its last two contacts with an edge or a corner, and those
 # of contacts with triangles; and from which difference, or up to which cosine of the angle between
 # them, two are different.
@@ -111,9 +109,6 @@ def write_contacts(  # type: ignore[no-untyped-def]
     Contacts of a vertex with an edge or a corner that others repeat are left out: those with a
     second triangle there, and those in the direction of a triangle that the vertex is above.
 
-    Features that are much too near come last: a sweep meets the last contact in full, and others
-    may press the features of an earlier one together again, in each sweep.
-
     Parameters
     ----------
     found, found_pairs, counts
@@ -134,8 +129,8 @@ def write_contacts(  # type: ignore[no-untyped-def]
 
     Returns
     -------
-    (int, int)
-        Number of contacts, and of those that are not to be treated last.
+    int
+        Number of contacts.
 
     """
     faces[:] = 0.0
@@ -147,26 +142,21 @@ def write_contacts(  # type: ignore[no-untyped-def]
             if _inside(found, f):
                 i = pairs[np.uint64(found_pairs[f]), 0]
                 _faces(faces, i, found[f, 4], found[f, 5], found[f, 6], True)
-    count, ordinary = 0, 0
-    for last_ones in (False, True):
-        for chunk in range(2 * CHUNKS):
-            for each in range(chunk * room, chunk * room + counts[chunk]):
-                f = np.uint64(each)
-                if (found[f, 7] < _TOO_NEAR * found[f, 8]) != last_ones:
+    count = 0
+    for chunk in range(2 * CHUNKS):
+        for each in range(chunk * room, chunk * room + counts[chunk]):
+            f = np.uint64(each)
+            p = np.uint64(found_pairs[f])
+            if chunk < CHUNKS and not _inside(found, f):
+                i, x, y, z = pairs[p, 0], found[f, 4], found[f, 5], found[f, 6]
+                if _faces(faces, i, x, y, z, False) or _known(last, i, x, y, z):
                     continue
-                p = np.uint64(found_pairs[f])
-                if chunk < CHUNKS and not _inside(found, f):
-                    i, x, y, z = pairs[p, 0], found[f, 4], found[f, 5], found[f, 6]
-                    if _faces(faces, i, x, y, z, False) or _known(last, i, x, y, z):
-                        continue
-                _write_row(
-                    particles, rows, count, pairs, p, found, f, inverse_masses, supports, begin,
-                    stride, columns,
-                )  # fmt: skip
-                count += 1
-        if not last_ones:
-            ordinary = count
-    return count, ordinary
+            _write_row(
+                particles, rows, count, pairs, p, found, f, inverse_masses, supports, begin,
+                stride, columns,
+            )  # fmt: skip
+            count += 1
+    return count
 
 
 @exact

@@ -215,13 +215,11 @@ class SelfContact:
             self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
         written = self._written
         pairs, rows, starts, particles, firsts, _, supports, _ = self._room
-        count, ordinary = write_contacts(
+        count = write_contacts(
             self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
             self._supports, *self._layout, self._faces, self._last, *written,
         )  # fmt: skip
-        arrange(
-            *written, count, ordinary, self._divided, state.position, self._arranged, rows, starts
-        )
+        arrange(*written, count, self._divided, state.position, self._arranged, rows, starts)
         place_particles(
             self._arranged, starts, self._supports, self._places, pairs, particles, firsts,
             supports,

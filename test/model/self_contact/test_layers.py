@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
-from builders import masses, scene_of
+from builders import ROOT, masses, scene_of
 
-from bench.layers import folded, folded_again
-from bench.self_contact import four_layers
+from bench.layers import folded
+from bench.self_contact import fold_twice, four_layers
 from cloth_ros import Cloth, Scene
 
-SCENE = Path(__file__).parents[3] / 'config' / 'towel.yaml'
+SCENE = ROOT / 'config' / 'towel.yaml'
 TICK = 1 / 60
 SIZE, THICKNESS = (0.6, 0.3), 0.004
 # Springs that keep no layer from moving.
@@ -128,14 +127,8 @@ def test_a_sheet_folded_twice_comes_to_rest() -> None:
 
 
 def test_layers_lie_still_at_the_limit_of_stability() -> None:
-    scene = Scene.from_yaml(SCENE).with_parameters({'solver.tolerance': 0.001})
-    cloth, thickness = Cloth(scene), scene.self_contact.thickness
-    sheet = scene.sheet
-    cloth.positions = folded(sheet.rows, sheet.columns, sheet.size, 2 * thickness)
-    cloth.advance(1.0)
-    cloth.positions = folded_again(cloth.positions, thickness)
-    cloth.velocities = np.zeros((sheet.rows, sheet.columns, 3))
-    cloth.advance(1.0)
+    cloth = Cloth(Scene.from_yaml(SCENE).with_parameters({'solver.tolerance': 0.001}))
+    fold_twice(cloth, 1.0)
     speed = np.linalg.norm(cloth.velocities, axis=2)
     assert math.sqrt((speed**2).mean()) < 0.011
     before = cloth.positions.mean(axis=(0, 1))
