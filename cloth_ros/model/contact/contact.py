@@ -8,6 +8,7 @@ A batch of substeps takes the cheapest of these ways that is good enough:
    drifts (`particle_contact`), as long as that keeps the triangles between them out too: the
    collider is not small beside them, it and the sheet do not come near to passing through each
    other within a substep, and at the end of the batch no triangle is larger than was expected.
+   Where nothing has moved by much since the last batch, its particles are taken again.
 3. Otherwise the batch is made substep by substep, and triangles are moved through each of them
    together with the collider (`triangle_contact`).
 
@@ -19,7 +20,7 @@ it at once.  It therefore starts as far inside its surface as there is room, and
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from ..inputs import Inputs, Vector
 from ..state import State, max_speed
 from .batch_parts import LONGEST, BatchParts, parts_of
 from .contact_snapshot import ContactSnapshot
-from .contact_table import no_contacts
+from .contact_table import ContactTable, no_contacts
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
@@ -50,6 +51,16 @@ _FAST = 2.0
 _SHRUNK = 0.999
 # Depth, as a multiple of the tolerance, from which on a collider counts as placed there.
 _INSIDE = 5.0
+
+
+class _Batch(NamedTuple):
+    """Kicks and drifts to be made, their duration, s, the velocity of the air, and the time, s."""
+
+    kicks: Kicks
+    steps: tuple[Drift, ...]
+    seconds: float
+    air_velocity: Vector
+    time: float
 
 
 class Contact:
@@ -99,7 +110,7 @@ class Contact:
         self._unknown = False
         self._held: Array | None = None
         self._pinned = bool(pinned.any())
-        self._batch: BatchParts = parts_of(())
+        self._parts: BatchParts = parts_of(())
         # Positions and velocities at the start of a batch, m and m/s.
         self._before = np.stack([grid.field(dtype), grid.field(dtype)])
 
@@ -192,22 +203,18 @@ class Contact:
         """
         by_substeps = self._patience > _SHORT
         self._patience = max(self._patience - 1, 0)
-        if observer is None and not by_substeps:
-            table = self._particles.found(state, self._near, seconds, self._fastest)
-            if table is not None:
-                kicks.apply(state, steps, air_velocity, table)
-                self._note(self._particles.take(state, self._near, table))
-                self._end_by_particles(state, time, seconds)
-                return
+        by_particles = observer is None and not by_substeps
+        batch = _Batch(kicks, steps, seconds, air_velocity, time)
+        if by_particles and self._act_on_particles(batch, state, known=True):
+            return
         longest = max([step.drift for step in steps])
         by_triangles = {
             each.name
             for each in self._near
             if each.is_sharp(longest * self._approach(each, state))
         }
-        if observer is None and not by_triangles and not by_substeps:
-            if self._act_on_particles(kicks, state, steps, seconds, air_velocity, time):
-                self._end_by_particles(state, time, seconds)
+        if by_particles and not by_triangles:
+            if self._act_on_particles(batch, state, known=False):
                 return
             by_substeps = True
             self._patience = _BY_SUBSTEPS - 1 + _SHORT
@@ -230,13 +237,6 @@ class Contact:
             if observer is not None:
                 observer.after_contact(state, step)
         self._end_batch(state, time - seconds, seconds)
-
-    def _end_by_particles(self, state: State, time: float, seconds: float) -> None:
-        for each in self._near:
-            each.max_penetration = 0.0
-            each.grow(seconds)
-        self._triangles.invalidate()
-        self._end_batch(state, time, seconds)
 
     def _end_batch(self, state: State, time: float, seconds: float) -> None:
         """
@@ -263,38 +263,52 @@ class Contact:
 
     # By particles
 
-    def _act_on_particles(
-        self,
-        kicks: Kicks,
-        state: State,
-        steps: tuple[Drift, ...],
-        seconds: float,
-        air_velocity: Vector,
-        time: float,
-    ) -> bool:
-        """Make a batch with contact of particles; return False, and undo it, if not enough."""
-        if self._batch.steps is not steps:  # most batches have the same steps
-            self._batch = parts_of(steps)
-        _, times, parts = self._batch
+    def _act_on_particles(self, batch: _Batch, state: State, *, known: bool) -> bool:
+        """
+        Make a batch with contact of particles; return False, and undo it, if that is not enough.
+
+        With `known`, it is contact of those that were in reach in the last batch: enough if
+        nothing moves by much.
+        """
+        particles, (kicks, steps, seconds, air_velocity, time) = self._particles, batch
+        table = particles.found(state, self._near, seconds, self._fastest) if known else None
+        if known and table is None:
+            return False
         before, mark = self._before, kicks.mark()
         before[0], before[1] = state.position, state.velocity
-        self._particles.measure(state, parts[0].seconds, self._fastest)
-        table = self._particles.table(state, self._near, time + times, self._fastest)
-        for number, each in enumerate(parts):
-            if number > 0:
-                self._particles.measure(state, each.seconds, max_speed(state))
-            kicks.apply(state, each.steps, air_velocity, table if table.active.any() else None)
-        if self._particles.cut(state, self._near, table, time + seconds):
+        if table is not None:
+            kicks.apply(state, steps, air_velocity, table)
+            enough = particles.held(seconds, self._fastest, max_speed(state))
+        else:
+            table = self._make_parts(batch, state)
+            enough = not particles.cut(state, self._near, table, time + seconds)
+        if not enough:
             state.position[...], state.velocity[...] = before
             kicks.go_back(mark)
             return False
-        self._note(self._particles.take(state, self._near, table))
-        return True
-
-    def _note(self, touching: Sequence[RigidCollider]) -> None:
-        """Take note of colliders that touch the sheet."""
+        touching = particles.take(state, self._near, table)
         self.touched = self.touched or len(touching) > 0
         self._unknown = self._unknown or True in [each.grows for each in touching]
+        for each in self._near:
+            each.max_penetration = 0.0
+            each.grow(seconds)
+        self._triangles.invalidate()
+        self._end_batch(state, time, seconds)
+        return True
+
+    def _make_parts(self, batch: _Batch, state: State) -> ContactTable:
+        """Make a batch part by part, with contact of particles; return its table."""
+        if self._parts.steps is not batch.steps:  # most batches have the same steps
+            self._parts = parts_of(batch.steps)
+        _, times, parts = self._parts
+        self._particles.measure(state, parts[0].seconds, self._fastest)
+        table = self._particles.table(state, self._near, batch.time + times, self._fastest)
+        active = table if table.active.any() else None
+        for number, each in enumerate(parts):
+            if number > 0:
+                self._particles.measure(state, each.seconds, max_speed(state))
+            batch.kicks.apply(state, each.steps, batch.air_velocity, active)
+        return table
 
     # Work and forces
 

@@ -174,19 +174,39 @@ class ParticleBatch:
         """
         Return the table of the last batch if it holds for another one; see `table`.
 
-        Then nothing moves by much: particles alone are enough.
+        Then nothing moves by much: particles alone are enough, if `held` agrees after the batch.
         """
         found = self._found
-        motion = seconds * self._speed(fastest, seconds)
+        motion = 2 * seconds * fastest
         if found is None or not motion < min(found.left, self._small):
             return None
         if not self._is_valid(found, near, state):
             return None
         self._measure(state, seconds, motion)
-        self._found = found._replace(left=found.left - motion)
         found.table.sums[...] = 0
         np.minimum(found.table.active, IN_REACH, out=found.table.active)
         return found.table
+
+    def held(self, seconds: float, before: float, after: float) -> bool:
+        """
+        Return whether particles have moved as little in a batch as `found` has assumed.
+
+        Parameters
+        ----------
+        seconds
+            Length of the batch, s.
+        before, after
+            Speed of the fastest particle at its start and end, m/s.
+
+        """
+        found = self._found
+        assert found is not None
+        motion = 2 * seconds * max(before, after)
+        if not motion < min(found.left, self._small):  # as for NaN
+            return False
+        self.moved += motion - 2 * seconds * before
+        self._found = found._replace(left=found.left - motion)
+        return True
 
     def table(
         self,

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from builders import NEGLIGIBLE_AIR, PRECISIONS, bits, cloth_of
-from colliders import NAME, each_shape, solid, turn
+from colliders import NAME, depth, each_shape, solid, turn
 
 from cloth_ros import Cloth
 from cloth_ros.model.contact.particle_batch import ParticleBatch
@@ -118,6 +118,36 @@ def test_blocks_that_touch_nothing_may_be_passed_over(folder, shape, monkeypatch
     assert np.abs(found.contact_wrench(NAME)[0]).max() > 0.1  # N
     assert np.array_equal(found.positions, same.positions)
     assert np.array_equal(found.velocities, same.velocities)
+
+
+@pytest.mark.parametrize('shape', ['plane', 'sphere', 'box'])
+def test_a_sheet_at_rest_that_is_set_in_motion_is_kept_out(folder, shape, monkeypatch):
+    """At rest, a batch takes for granted that nothing moves by much; a storm moves it at once."""
+    body = solid(shape, 0.1, folder)
+    held, batches = ParticleBatch.held, []
+
+    def noted(self, *arguments):
+        batches.append(held(self, *arguments))
+        return batches[-1]
+
+    def blown(*, known: bool) -> Cloth:
+        with monkeypatch.context() as patch:
+            patch.setattr(ParticleBatch, 'held', noted)
+            if not known:
+                patch.setattr(ParticleBatch, 'found', lambda *_: None)
+            cloth = dropped(body, (0, 0.01, 0.49 - body.top), drag=20.0, **AIR)
+            cloth.advance(3.0)
+            batches.clear()
+            for n in range(12):
+                cloth.wind = (2.0, 0.0, 10.0 if n < 3 else -10.0)
+                cloth.advance(1 / 60)
+                assert depth(cloth, body) < body.tolerance
+        return cloth
+
+    one = blown(known=True)
+    assert False in batches
+    assert np.abs(one.positions - blown(known=False).positions).max() < 1e-4  # m
+    assert not batches
 
 
 @pytest.mark.parametrize('shape', each_shape())
