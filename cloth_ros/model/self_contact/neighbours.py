@@ -218,7 +218,9 @@ class Neighbours:
         long = groups > _LONGER * max(self._number, few)
         self.whole = bool(long or groups <= few or short[1].any())
         if not self.whole:
-            renewed = (self._moved[0] > _SOON * self._margins[0]) | short[0]
+            # With what the next part will need.
+            needed = self._moved[0] + self._more(self._lately)
+            renewed = (needed > _SOON * self._margins[0]) | short[0]
             renewed = _and_around(renewed.reshape(self._size)).ravel()
             self.whole = bool(np.count_nonzero(renewed) > _WHOLE * len(renewed))
         if self.whole:
