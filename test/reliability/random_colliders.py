@@ -131,9 +131,8 @@ def colliders(
 
     """
     spacing, diagonal, largest = lengths
-    sizes = logarithmic(
-        min(max(0.3 * spacing, _LEAST), _GREATEST), min(max(largest, 10 * _LEAST), _GREATEST)
-    )
+    least = min(max(0.3 * spacing, _LEAST), _GREATEST)
+    sizes = logarithmic(least, max(min(max(largest, 10 * _LEAST), _GREATEST), least))
     values: dict[str, Any] = {}
     names = []
     for n in range(draw(st.integers(0, MOST))):

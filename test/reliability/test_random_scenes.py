@@ -9,6 +9,7 @@ from builders import examples
 from hypothesis import given
 from reliability.invariants import Invariants, check_run, corners
 from reliability.penetration import distance_of, is_pressed, overlap
+from reliability.random_colliders import Motion, mesh_file
 from reliability.random_scenes import STARTS, Run, Step, least_substeps, runs
 
 from cloth_ros import Cloth, Scene
@@ -32,6 +33,48 @@ def structural(stiffness: float) -> dict:
     return {'springs.structural': stiffness, 'springs.shear': 0.0, 'springs.bending': 0.0}
 
 
+def strip_between_cups() -> dict:
+    """Return a pinned strip, two cups beside it, and a thin plate."""
+    colliders = {
+        'a': {
+            'type': 'mesh',
+            'mesh': mesh_file('cup', 0.006),
+            'position': [-0.01055, -0.0001625, 0.008744],
+            'orientation': [-0.2269, 0.0, -0.2171, 0.4917],
+            'friction': 0.0,
+        },
+        'b': {
+            'type': 'mesh',
+            'mesh': mesh_file('cup', 0.0015),
+            'position': [0.0, -0.07427, 0.02245],
+            'orientation': [1.0, 0.0, 0.0, 0.0],
+            'friction': 10.0,
+        },
+        'c': {
+            'type': 'box',
+            'size': [0.02522, 0.0008257, 0.07943],
+            'position': [0.002099, -0.0006901, -0.01674],
+            'orientation': [0.6, 0.0, 0.0, 0.8],
+            'friction': 0.0,
+        },
+    }
+    return {
+        **grid(35, 11),
+        'rate': 1.0,
+        'sheet.size': [0.01919, 0.01919],
+        'pins': ['0,:'],
+        'gravity': [0.0, 1.423, 9.459],
+        'sheet.position': [0.0, 0.0, 0.0],
+        'springs.structural': 4.22e-07,
+        'springs.bending': 0.1,
+        'springs.damping': 1.0,
+        'sheet.mass': 3.85,
+        'collider.names': list(colliders),
+        **{f'collider.{n}.{k}': v for n, each in colliders.items() for k, v in each.items()},
+    }
+
+
+_STILL = (0.0, 0.0, 0.0)
 SQUARE = {**grid(17, 17), 'sheet.mass': 0.2, **UNDAMPED}
 # Each of these failed once.
 FAILED = {
@@ -89,6 +132,29 @@ FAILED = {
         | {'sphere.position': [0.0, 2.58113883008419, 3.58113883008419]},
         *('flat', 1.0),
         [Step(1.0, reset=True), Step(1.0, (0.0, 0.0, 5.0), reset=True)],
+    ),
+    'a plate that turned fast moved a sheet into a cup that had been looked at before': Run(
+        strip_between_cups(),
+        *('flat', 0.3),
+        [
+            Step(
+                4.954e-6,
+                motions=(
+                    Motion(None, _STILL, _STILL),
+                    Motion(None, (0.3309, -0.09782, 0.0), _STILL),
+                    None,
+                ),
+            ),
+            Step(
+                4.678e-6,
+                motions=(
+                    Motion((26.84, 50.0, 42.48), (0.259, 0.07449, 0.2878), _STILL),
+                    Motion((26.84, 50.0, 42.48), (0.297, -0.3582, -0.1164), (0.0, -44.03, 0.0)),
+                    Motion(None, _STILL, (12.43, -67.59, 2.492)),
+                ),
+            ),
+        ],
+        seed=91720870,
     ),
     'a sheet in dense air in a storm was held for good': Run(
         {**grid(3, 3), 'wind.air_density': 1e3, 'springs.structural': 1e5, 'springs.shear': 1e7},
@@ -148,7 +214,7 @@ def explodes(run: Run, steps_per_tick: int, count: int = 400) -> bool:
         path = cloth.inputs.collider_paths.get('sphere', (cloth.sphere_position,))
         seconds = count * explicit.step / len(run.steps)
         with np.errstate(all='ignore'):
-            explicit.advance(seconds, wind=cloth.wind, sphere_position=path[-1])
+            explicit.advance(seconds, wind=cloth.wind, sphere_position=path[-1][:3])
         if not explicit.finite:
             return True
         cloth.advance(1e-9)  # the sphere arrives

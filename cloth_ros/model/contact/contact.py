@@ -31,6 +31,7 @@ from ..state import State, max_speed
 from .batch_parts import LONGEST, BatchParts, parts_of
 from .contact_snapshot import ContactSnapshot
 from .contact_table import ContactTable, no_contacts
+from .depth_at_pins import DepthAtPins
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
@@ -109,7 +110,7 @@ class Contact:
         self._patience = 0
         self._unknown = False
         self._held: Array | None = None
-        self._pinned = bool(pinned.any())
+        self._at_pins = DepthAtPins(grid, fields, self._particles, pinned)
         self._parts: BatchParts = parts_of(())
         # Positions and velocities at the start of a batch, m and m/s.
         self._before = np.stack([grid.field(dtype), grid.field(dtype)])
@@ -137,15 +138,7 @@ class Contact:
         """Place the colliders at the ends of their paths; find how deep pins hold the sheet."""
         for each in self.colliders.values():
             each.end_advance()
-        if self._pinned:
-            for each in self._near:
-                if each.clearance > 0:
-                    continue
-                depth = self._particles.depth(each, state, offset=False)
-                if depth > 0 and math.isfinite(each.shape.inner_radius):
-                    depth = max(depth, self._triangles.depth(each, state))
-                if depth > max(2 * each.tolerance, each.max_penetration):
-                    each.max_penetration = depth
+        self._at_pins.note(state, self._near)
 
     def may_act(self, state: State, seconds: float) -> bool:
         """
@@ -157,15 +150,25 @@ class Contact:
             self._held = state.held
             self._particles.hold(state.held)
         self._fastest = max_speed(state)
-        self._near = []
         gained = self._fastest + self._gravity * seconds
+        self._near = self._in_reach(state, seconds, gained)
+        # What a collider pushes may become as fast as that.
+        pushed = max([each.surface_speed(state.origin) for each in self._near], default=0.0)
+        if pushed > 0 and len(self._near) < len(self.colliders):
+            self._near = self._in_reach(state, seconds, gained + pushed)
+        for each in self.colliders.values():
+            if each not in self._near:
+                each.max_penetration, each.touching = 0.0, 0
+        return bool(self._near)
+
+    def _in_reach(self, state: State, seconds: float, gained: float) -> list[RigidCollider]:
+        """Return the colliders that a sheet may reach that gains a speed, m/s."""
+        near = []
         for each in self.colliders.values():
             far = each.clearance > seconds * (gained + self._approach(each, state))
             if each.grows or not far:  # as for NaN
-                self._near.append(each)
-            else:
-                each.max_penetration, each.touching = 0.0, 0
-        return bool(self._near)
+                near.append(each)
+        return near
 
     def _approach(self, collider: RigidCollider, state: State) -> float:
         """Return a bound of the speed, m/s, at which collider and sheet approach each other."""
@@ -405,6 +408,7 @@ class Contact:
         if exact:
             colliders = [self.colliders[name] for name in snapshot.known]
             particles.search_again(state, colliders, snapshot.left)
+        self._at_pins.note(state, self._near)  # which is else known at the end of an advance
 
     def warm_up(self, kicks: Kicks, state: State) -> None:
         """Compile the kernels of contact, for a state that none of them changes."""

@@ -13,8 +13,8 @@ from .particle_batch import LEFT, ParticleBatch
 from .rigid_collider import RigidCollider
 from .triangle_substep import TriangleSubstep
 
-# Sweeps over the colliders that touch the sheet, in which each moves it out again of where another
-# one has moved it.
+# Sweeps over the colliders that touch the sheet, or that others have moved it into, in which each
+# moves it out again of where another one has moved it.
 _SWEEPS = 8
 # Ratio of the greatest depths in two sweeps, above which there will be none without depth.
 _PROGRESS = 0.7
@@ -84,13 +84,18 @@ class SubstepContact:
         triangles = [each for each in near if each.name in by_triangles]
         others = [each for each in near if each.name not in by_triangles]
         touching, cut = self._by_particles(kicks, state, others, times, former)
-        unknown = True in [each.grows for each in touching]
+        unknown, moved = True in [each.grows for each in touching], 0.0
         fastest = max_speed(state)
         for each in [*triangles, *cut]:
-            touched, forced = self._triangles.resolve(each, state, times, max(former, fastest))
+            touched, forced, farthest = self._triangles.resolve(
+                each, state, times, max(former, fastest)
+            )
             unknown = unknown or forced or (touched and each.grows)
             if touched and each not in touching:
                 touching.append(each)
+            moved = max(moved, farthest)
+        if moved > 0.0 and len(near) > len(touching):
+            touching += self._reached(state, near, touching, moved)
         if len(touching) > 1:
             unknown = self._sweep(kicks, state, touching, times) or unknown
         for each in near:
@@ -116,15 +121,41 @@ class SubstepContact:
         cut = self._particles.cut(state, near, table, times[1])
         return touching, [each for each in cut if math.isfinite(each.shape.inner_radius)]
 
+    def _reached(
+        self,
+        state: State,
+        near: Sequence[RigidCollider],
+        touching: Sequence[RigidCollider],
+        moved: float,
+    ) -> list[RigidCollider]:
+        """Return the others that those have moved the sheet into, by at most `moved`, m."""
+        reached = []
+        for each in near:
+            if each in touching:
+                continue
+            each.clearance -= moved
+            if each.clearance > 0:
+                continue
+            if math.isinf(each.shape.inner_radius):
+                inside = self._particles.depth(each, state, offset=False) > LEFT
+            else:
+                inside = self._triangles.depth(each, state) > 2 * each.tolerance
+            if inside:
+                reached.append(each)
+        return reached
+
     def _sweep(
         self, kicks: Kicks, state: State, touching: Sequence[RigidCollider], times: Array
     ) -> bool:
         """Move the sheet out of all colliders that touch it; return whether it had to move."""
         planes = [each for each in touching if math.isinf(each.shape.inner_radius)]
         bodies = [each for each in touching if each not in planes]
-        former = math.inf
+        former, left = math.inf, {each.name: 0.0 for each in bodies}
         for number in range(_SWEEPS):
-            depths = [self._triangles.push_out(each, state, times[1]) for each in bodies]
+            depths = []
+            for each in bodies:
+                depth, left[each.name] = self._triangles.push_out(each, state, times[1])
+                depths.append(depth)
             for each in planes:
                 depth = self._particles.depth(each, state, offset=False)
                 depths.append(depth if depth > LEFT else 0.0)
@@ -134,6 +165,9 @@ class SubstepContact:
             if planes:
                 self._by_particles(kicks, state, planes, times, max_speed(state))
             if deepest > _PROGRESS * former:  # they press the sheet from different sides
-                return True
+                break
             former = deepest
+        for each in bodies:
+            # The sheet could not be moved out of it, even by it alone: there is no room.
+            self._triangles.shrink(each, left[each.name])
         return True

@@ -114,6 +114,18 @@ def _store(  # type: ignore[no-untyped-def]
     return np.sqrt(farthest)
 
 
+@exact_subroutine
+def _without_pins(triangles, inverse_masses):  # type: ignore[no-untyped-def]
+    """Return the triangles none of whose corners is pinned."""
+    free, count = np.empty_like(triangles), 0
+    for t in range(len(triangles)):
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        if min(inverse_masses[a], inverse_masses[b], inverse_masses[c]) > 0.0:
+            free[count, 0], free[count, 1], free[count, 2] = a, b, c
+            count += 1
+    return free[:count]
+
+
 @exact
 def resolve_triangles(  # type: ignore[no-untyped-def]
     position, velocity, mobility, particles, triangles, h, gravity, kind, before, after, fields,
@@ -142,9 +154,9 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
 
     Returns
     -------
-    (float, bool, bool, bool, float)
-        Depth, touch and force as from `resolve_contact`; whether there are pinned particles; and
-        the greatest correction of a position, m.
+    (float, float, bool, bool, float)
+        Depth as from `resolve_contact`, and that of triangles that no pinned particle holds, m;
+        touch and force as from there; and the greatest correction of a position, m.
 
     """
     points, velocities, inverse_masses = _load(
@@ -162,10 +174,12 @@ def resolve_triangles(  # type: ignore[no-untyped-def]
             position, velocity, mobility, particles, gravity, after, points, velocities, former,
             sums, 1e-9,
         )  # fmt: skip
-    pinned = False
-    for n in range(len(particles)):
-        pinned = pinned or inverse_masses[n] == 0.0
-    return depth, touched, forced, pinned, farthest
+    unheld = depth
+    free = _without_pins(triangles, inverse_masses)
+    if depth > 0.0 and len(free) < len(triangles):
+        unheld = deepest(points, free, shape, outer, tolerance)
+        unheld = unheld if unheld > 2.0 * tolerance else 0.0
+    return depth, unheld, touched, forced, farthest
 
 
 @exact
@@ -187,15 +201,16 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
     tolerance, sums,
 ):  # fmt: skip
     """
-    Move triangles out of a collider without velocity; return the greatest depth of one, m, or 0.
+    Move triangles out of a collider without velocity.
 
-    Parameters are those of `resolve_triangles`.
+    Return the greatest depth of one, m, or 0; and what is left of those that no pinned particle
+    holds.  Parameters are those of `resolve_triangles`.
     """
     points, velocities, inverse_masses = _load(
         position, velocity, mobility, particles, 0.0, row, row
     )
     shape = (kind, in_own_frame(row), fields)
-    _, _, depth = project(
+    resolved, _, depth = project(
         points, inverse_masses, triangles, np.zeros(len(triangles)), 0.0, shape, outer, inner,
         tolerance,
     )  # fmt: skip
@@ -203,4 +218,8 @@ def push_out_triangles(  # type: ignore[no-untyped-def]
         position, velocity, mobility, particles, gravity, row, points, velocities, velocities,
         sums, 1e-9,
     )  # fmt: skip
-    return depth
+    left = 0.0
+    if not resolved:
+        free = _without_pins(triangles, inverse_masses)
+        left = deepest(points, free, shape, outer, tolerance)
+    return depth, left

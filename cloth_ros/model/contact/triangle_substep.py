@@ -44,7 +44,7 @@ class TriangleSubstep:
 
     def resolve(
         self, collider: RigidCollider, state: State, times: Array, fastest: float
-    ) -> tuple[bool, bool]:
+    ) -> tuple[bool, bool, float]:
         """
         Resolve the contact with a collider of a state that has drifted.
 
@@ -61,9 +61,9 @@ class TriangleSubstep:
 
         Returns
         -------
-        (bool, bool)
-            Whether there was contact, and whether it had to move particles otherwise than by
-            impulses.
+        (bool, bool, float)
+            Whether there was contact; whether it had to move particles otherwise than by
+            impulses; and how far it has moved one from where it had drifted to, m.
 
         """
         if collider.name not in self._broad_phases:
@@ -72,7 +72,6 @@ class TriangleSubstep:
         h = float(times[1] - times[0])
         before = collider.rows(state.origin, times[[0, 0]], triangles=True)[0]
         after = collider.rows(state.origin, times, triangles=True)[0]
-        shape = collider.shape
         outer, inner = collider.triangle_radii
         approach = h * (fastest + collider.surface_speed(state.origin))
         broad_phase.reduce_clearance(approach)
@@ -80,34 +79,37 @@ class TriangleSubstep:
         collider.touching = 0
         collider.clearance = broad_phase.clearance
         if broad_phase.clearance > 0:
-            return False, False
+            return False, False, 0.0
         particles, triangles = broad_phase.find(
             state, h, before[POINT:SPIN], after[POINT:SPIN], outer, approach
         )
         collider.clearance = broad_phase.clearance
         if not len(particles):
-            return False, False
+            return False, False, 0.0
         sums = np.zeros(SUMS)
         inner = max(inner - collider.inset, _LEAST * inner)
-        depth, touched, forced, pinned, farthest = resolve_triangles(
+        depth, unheld, touched, forced, farthest = resolve_triangles(
             state.position, state.velocity, state.contact_mobility, particles, triangles, h,
             self._gravity, collider.triangle_kind, before, after, self._fields.of(collider),
             outer, inner, collider.tolerance, sums,
         )  # fmt: skip
         collider.max_penetration = depth
         if touched:
-            broad_phase.reduce_clearance(farthest)
+            for each in self._broad_phases.values():
+                each.reduce_clearance(farthest)
             collider.clearance -= farthest
-        if forced and depth > 0.0 and not pinned:
+        if forced and unheld > 0.0:
             # Particles are too fast to be pushed out: the collider shrinks to the room there is.
-            collider.inset = min(collider.inset + depth, _SHRUNK * shape.inner_radius)
-            collider.max_penetration = 0.0
+            self.shrink(collider, unheld)
+            collider.max_penetration = depth - unheld
         collider.take(after, state.origin.tolist(), sums.tolist())
-        return bool(sums[TOUCHED]), forced
+        return bool(sums[TOUCHED]), forced, farthest
 
-    def push_out(self, collider: RigidCollider, state: State, time: float) -> float:
+    def push_out(self, collider: RigidCollider, state: State, time: float) -> tuple[float, float]:
         """
-        Move triangles out of a collider without velocity; return the greatest depth, m, or 0.
+        Move triangles out of a collider without velocity.
+
+        Return the greatest depth, m, or 0; and what is left that no pins hold.
 
         Parameters
         ----------
@@ -120,18 +122,22 @@ class TriangleSubstep:
         row = collider.rows(state.origin, np.array([time, time]), triangles=True)[0]
         particles, triangles = self._all_near(collider, state, row)
         if not len(particles):
-            return 0.0
+            return 0.0, 0.0
         sums = np.zeros(SUMS)
         outer, inner = collider.triangle_radii
         inner = max(inner - collider.inset, _LEAST * inner)
-        depth: float = push_out_triangles(
+        depth, left = push_out_triangles(
             state.position, state.velocity, state.contact_mobility, particles, triangles,
             self._gravity, collider.triangle_kind, row, self._fields.of(collider), outer, inner,
             collider.tolerance, sums,
         )  # fmt: skip
         if depth > 0:  # what the broad phases know is out of date
             self.invalidate()
-        return depth
+        return depth, left
+
+    def shrink(self, collider: RigidCollider, depth: float) -> None:
+        """Shrink a collider by a depth, m, out of which the sheet could not be moved."""
+        collider.inset = min(collider.inset + depth, _SHRUNK * collider.shape.inner_radius)
 
     def _all_near(self, collider: RigidCollider, state: State, row: Array) -> tuple[Array, Array]:
         """Return the particles in reach of a collider, and their triangles."""
