@@ -408,7 +408,6 @@ class Contact:
         if exact:
             colliders = [self.colliders[name] for name in snapshot.known]
             particles.search_again(state, colliders, snapshot.left)
-        self._at_pins.note(state, self._near)  # which is else known at the end of an advance
 
     def warm_up(self, kicks: Kicks, state: State) -> None:
         """Compile the kernels of contact, for a state that none of them changes."""
