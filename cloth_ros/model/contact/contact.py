@@ -35,6 +35,7 @@ from .depth_at_pins import DepthAtPins
 from .interfaces import Drift, Kicks, Observer
 from .mesh_fields import MeshFields
 from .particle_batch import ParticleBatch
+from .placement import shrink_to_room
 from .rigid_collider import RigidCollider
 from .substep_contact import SubstepContact
 from .surface import Surface
@@ -48,10 +49,6 @@ _BY_SUBSTEPS, _SHORT = 4, 16
 _LONGEST_SLOW = 1 / 60
 # Motion of a collider, in circumradii of the triangles, above which batches are short.
 _FAST = 2.0
-# Share of its inner radius by which a collider that is placed inside the sheet shrinks at most.
-_SHRUNK = 0.999
-# Depth, as a multiple of the tolerance, from which on a collider counts as placed there.
-_INSIDE = 5.0
 
 
 class _Batch(NamedTuple):
@@ -350,23 +347,8 @@ class Contact:
             self._fit(each, state)
 
     def _fit(self, collider: RigidCollider, state: State) -> None:
-        """Shrink a collider that was placed inside the sheet to the room that is there."""
-        if not collider.placed:
-            return
-        collider.placed = False
-        collider.inset = collider.max_penetration = 0.0
-        sheet = state.world_positions.reshape(3, -1)
-        if not collider.reaches(sheet, self._rho):
-            return
-        depth = true = self._particles.depth(collider, state)
-        if math.isfinite(collider.shape.inner_radius):
-            true = self._triangles.depth(collider, state)
-            # Only triangles meet a small one, and their offset surface would be far too wide.
-            depth = true if collider.small else max(depth, true)
-        if depth > _INSIDE * collider.tolerance:
-            collider.inset = min(depth, _SHRUNK * collider.shape.inner_radius)
-            left = true - collider.inset
-            collider.max_penetration = left if left > 2 * collider.tolerance else 0.0
+        if collider.placed:
+            shrink_to_room(collider, state, self._rho, self._particles, self._triangles)
 
     def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
         """Return False if no contact is possible within `seconds`; compiles no kernel."""

@@ -81,6 +81,7 @@ class SubstepContact:
 
         """
         h = times[1] - times[0]
+        self._triangles.follow(by_triangles)
         triangles = [each for each in near if each.name in by_triangles]
         others = [each for each in near if each.name not in by_triangles]
         touching, cut = self._by_particles(kicks, state, others, times, former)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
 from ..grid import Array, Grid
@@ -41,6 +43,12 @@ class TriangleSubstep:
         """Discard candidates: sheet or colliders were placed from outside."""
         for each in self._broad_phases.values():
             each.invalidate()
+
+    def follow(self, names: Set[str]) -> None:
+        """Discard candidates of all colliders but these, whose motion is not followed now."""
+        for name, each in self._broad_phases.items():
+            if name not in names:
+                each.invalidate()
 
     def resolve(
         self, collider: RigidCollider, state: State, times: Array, fastest: float
