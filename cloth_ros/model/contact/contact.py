@@ -128,8 +128,7 @@ class Contact:
         """Start on the paths that are commanded for an advance of `seconds` from `time`, s."""
         for each in self.colliders.values():
             if not each.begin_advance(time, seconds, inputs):
-                each.placed = True
-                self._fit(each, state)
+                self._place(each, state)
 
     def end_advance(self, state: State) -> None:
         """Place the colliders at the ends of their paths; find how deep pins hold the sheet."""
@@ -250,8 +249,7 @@ class Contact:
             each.clearance -= seconds * self._approach(each, state)
             each.move_to(time + seconds)
             if each not in self._near and not each.clearance >= 0:  # as for NaN
-                each.placed = True
-                self._fit(each, state)
+                self._place(each, state)
 
     def surfaces(self, state: State, time: float, *, near: bool = True) -> list[Surface]:
         """Return the surfaces at a time, s, of colliders: those near in the last batch, or all."""
@@ -303,11 +301,13 @@ class Contact:
         _, times, parts = self._parts
         self._particles.measure(state, parts[0].seconds, self._fastest)
         table = self._particles.table(state, self._near, batch.time + times, self._fastest)
-        active = table if table.active.any() else None
-        for number, each in enumerate(parts):
-            if number > 0:
+        acts, made = table.active.any(), 0
+        for each in parts:
+            if made > 0:
                 self._particles.measure(state, each.seconds, max_speed(state))
-            batch.kicks.apply(state, each.steps, batch.air_velocity, active)
+            contacts = table.rows_from(made) if acts else None
+            batch.kicks.apply(state, each.steps, batch.air_velocity, contacts)
+            made += len(each.steps)
         return table
 
     # Work and forces
@@ -343,12 +343,10 @@ class Contact:
         """Shrink colliders to the room that the sheet leaves: either was placed from outside."""
         self.invalidate()
         for each in self.colliders.values():
-            each.placed = True
-            self._fit(each, state)
+            self._place(each, state)
 
-    def _fit(self, collider: RigidCollider, state: State) -> None:
-        if collider.placed:
-            shrink_to_room(collider, state, self._rho, self._particles, self._triangles)
+    def _place(self, collider: RigidCollider, state: State) -> None:
+        shrink_to_room(collider, state, self._rho, self._particles, self._triangles)
 
     def contact_possible(self, state: State, seconds: float, inputs: Inputs) -> bool:
         """Return False if no contact is possible within `seconds`; compiles no kernel."""
@@ -385,8 +383,7 @@ class Contact:
         for name, each in self.colliders.items():
             known = snapshot.colliders.get(name)
             if known is None or not each.restore(known, exact=exact):
-                each.placed = True
-                self._fit(each, state)
+                self._place(each, state)
         if exact:
             colliders = [self.colliders[name] for name in snapshot.known]
             particles.search_again(state, colliders, snapshot.left)

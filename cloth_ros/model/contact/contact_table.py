@@ -49,6 +49,10 @@ class ContactTable(NamedTuple):
     totals: Array
     sums: Array
 
+    def rows_from(self, drift: int) -> ContactTable:
+        """Return the table without the rows of the drifts before one, if rows change."""
+        return self._replace(rows=self.rows[drift:]) if len(self.rows) > 1 else self
+
 
 def no_contacts(dtype: type) -> ContactTable:
     """Return a table without colliders, for a kernel that ignores contact."""

@@ -35,7 +35,6 @@ def shrink_to_room(
         Find the depth.
 
     """
-    collider.placed = False
     collider.inset = collider.max_penetration = 0.0
     sheet = state.world_positions.reshape(3, -1)
     if not collider.reaches(sheet, rho):

@@ -112,7 +112,6 @@ class RigidCollider:
         self.tolerance = min(_TOLERANCE_SHARE * self.shape.inner_radius, _TOLERANCE)
         self.inset = self.max_penetration = 0.0
         self.clearance = 0.0
-        self.placed = True
         self.pose: Pose = parameters.pose
         self.path = KinematicPath([self.pose], 0.0, 1.0, 1.0)
         self._size = min(self.shape.bounding_radius, extent)
