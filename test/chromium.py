@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
-from playwright.sync_api import Browser, Error, FloatRect, Page, sync_playwright
+from playwright.sync_api import Browser, Error, Page, sync_playwright
 from ros import PATIENCE, Process
 
 # Where screenshots are kept; a test keeps them in its temporary folder otherwise.
@@ -141,23 +141,30 @@ class View:
         return self.page.evaluate(_CASTS_SHADOW, light)
 
     def slide(self, label: str, share: float) -> None:
-        """Drag the thumb of a slider to a share of its length, with the mouse."""
-        row = self.page.get_by_text(label, exact=True).first.locator(
-            'xpath=ancestor::*[.//*[@role="slider"]][1]'
-        )
-        parts = row.get_by_role('slider').first, row.locator('.mantine-Slider-track').first
-        places: list[FloatRect] = []
+        """Drag the thumb of a slider in the open tab to a share of its length, with the mouse."""
+        shown = self.page.get_by_text(label, exact=True).locator('visible=true').first
+        row = shown.locator('xpath=ancestor::*[.//*[@role="slider"]][1]')
+        thumb, track = row.get_by_role('slider').first, row.locator('.mantine-Slider-track').first
+        value = lambda: thumb.get_attribute('aria-valuenow')  # noqa: E731
 
-        def find() -> bool:
-            with suppress(Error):  # while it is built, the page replaces elements
-                parts[0].scroll_into_view_if_needed()
-                places[:] = filter(None, [part.bounding_box() for part in parts])
-            return len(places) == 2
+        def drag() -> bool:
+            # While it is built, the page replaces elements, and moves them.
+            with suppress(Error):
+                thumb.scroll_into_view_if_needed()
+                before, start, whole = value(), thumb.bounding_box(), track.bounding_box()
+                if start is not None and whole is not None:
+                    y = start['y'] + start['height'] / 2
+                    target = (whole['x'] + share * whole['width'], y)
+                    self._drag((start['x'] + start['width'] / 2, y), target)
+                    return value() != before
+            return False
 
-        self.wait_for(find)
-        start, track = places
-        y = start['y'] + start['height'] / 2
-        self._drag((start['x'] + start['width'] / 2, y), (track['x'] + share * track['width'], y))
+        self.wait_for(drag)
+
+    def open_tab(self, label: str) -> None:
+        """Show the controls and the plots of a cloth."""
+        for tab in self.page.get_by_role('tab', name=label).all():
+            tab.click()
 
     def drag_collider(self, name: str, start: list[float], end: list[float]) -> None:
         """Drag the handle of a collider from one point in its frame to another, m."""

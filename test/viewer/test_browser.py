@@ -129,10 +129,11 @@ def test_several_cloths_and_their_colours(start_cloth, view, probe, tmp_path):
     )
     np.testing.assert_allclose(apart, (1.5, 0.0, 0.0), atol=0.01)
     winds = {name: probe.collect(Vector3Stamped, f'/{name}/wind') for name in ('left', 'right')}
-    view.slide('speed, m/s', 0.4)  # of the first tab
+    view.open_tab('left/cloth')
+    view.slide('speed, m/s', 0.4)
     probe.spin_until(lambda: winds['left'])
     assert not winds['right']
-    view.page.locator('input[value="two sides"]').first.click()
+    view.page.locator('input[value="two sides"]').locator('visible=true').first.click()
     view.page.get_by_role('option', name='speed').click()
     view.wait_for_node('/cloths/left/cloth/sheet/level_0')
     view.wait_for(lambda: len(view.corners('/cloths/left/cloth/sheet/level_0')) > 3)
