@@ -224,7 +224,7 @@ class KickDrift:
             if sweeps and step.kick is not None:
                 yield (kernel.SWEEP_SIDES, 1.0, 0.0, step.drift, 0.0, 0.0)
                 yield (kernel.SWEEP_BETWEEN, 1.0, 0.0, step.drift, 0.0, 0.0)
-                yield (kernel.END_SWEEPS, 1.0, 0.0, 0.0, 0.0, 0.0)
+                yield (kernel.END_SWEEPS, 1.0, 0.0, step.drift, 0.0, 0.0)
 
     def operations(
         self, step: Step, *, resisted: bool = False, separate: bool = False

@@ -340,16 +340,16 @@ def compose(
                             components(velocity), h, True,
                         )  # fmt: skip
                 if sweeping and operation == SWEEP_BETWEEN and chunk == 0:
-                    copy_particles(2, position, velocity, former, sheet_contacts)
+                    copy_particles(2, h, position, velocity, former, sheet_contacts)
                     sweep(2, h, sheet_contacts)
-                    write_back(2, position, velocity, sheet_contacts)
+                    write_back(2, h, position, velocity, sheet_contacts)
                 elif sweeping and operation >= SWEEP_SIDES:
                     for side in range(chunk, 2, chunks):
                         if operation == SWEEP_SIDES:
-                            copy_particles(side, position, velocity, former, sheet_contacts)
+                            copy_particles(side, h, position, velocity, former, sheet_contacts)
                             sweep(side, h, sheet_contacts)
                         elif operation == END_SWEEPS:
-                            write_back(side, position, velocity, sheet_contacts)
+                            write_back(side, h, position, velocity, sheet_contacts)
                 if gripping:
                     if operation <= KICK:
                         hold(first, last, drifts, back_buffer, velocity, grips)

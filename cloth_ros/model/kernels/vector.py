@@ -1,9 +1,10 @@
 """
-Vectors of four numbers in a register of the processor, for compiled kernels.
+Vectors of four numbers in registers of the processor, for compiled kernels.
 
-For loops that gather particles one by one, which do not vectorise: one instruction treats the
-components of a position, and a fourth number, which is 0 there.  Vectors are added, subtracted,
-and multiplied by numbers on their left.
+For loops that gather rows of an array one by one, which do not vectorise: four rows of four
+numbers are loaded and transposed, so that an instruction treats the same number of all of them.
+Vectors are added, subtracted, multiplied and divided number by number, and multiplied by numbers
+on their left.
 """
 
 from __future__ import annotations
@@ -14,17 +15,28 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
 
 from .jit import RELAXED, Kernel
 
-_SIZE = 4
+# Numbers in a vector, and rows that are gathered.
+SIZE = 4
 _FLAGS = tuple(sorted(RELAXED))
 _INDEX = ir.IntType(32)
 
+# Lanes of two vectors, those of the second from SIZE on, in the steps of transposing four: one and
+# one in turn, and two and two.
+_LOW, _HIGH = (0, 4, 1, 5), (2, 6, 3, 7)
+_FIRST, _SECOND = (0, 1, 4, 5), (2, 3, 6, 7)
+
 _Generator = Callable[..., Any]
+
+# Not typed.
+_tuple: Callable[..., Any] = cgutils.unpack_tuple
+_function: Callable[..., Any] = cgutils.get_or_insert_function
 
 
 class _Vector(types.Type):
@@ -32,81 +44,132 @@ class _Vector(types.Type):
 
     def __init__(self, element: Any) -> None:
         self.element = element
-        super().__init__(f'vector of four {element}')
+        super().__init__(f'vector of {SIZE} {element}')
 
 
 @register_model(_Vector)
 class _VectorModel(models.PrimitiveModel):
     def __init__(self, manager: Any, of: _Vector) -> None:
         number = ir.FloatType() if of.element == types.float32 else ir.DoubleType()
-        super().__init__(manager, of, ir.VectorType(number, _SIZE))  # type: ignore[no-untyped-call]
+        super().__init__(manager, of, ir.VectorType(number, SIZE))  # type: ignore[no-untyped-call]
 
 
-def _shuffle(builder: Any, vector: Any, *lanes: int) -> Any:
-    mask = ir.Constant(ir.VectorType(_INDEX, _SIZE), lanes)
-    return builder.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), mask)
+def _shuffled(builder: Any, first: Any, second: Any, lanes: Any) -> Any:
+    """Return a vector of numbers of two others."""
+    mask = ir.Constant(ir.VectorType(_INDEX, len(lanes)), lanes)
+    return builder.shuffle_vector(first, second, mask)
 
 
 def _filled(builder: Any, number: Any) -> Any:
-    """Return a vector of one number, four times."""
-    empty = ir.Constant(ir.VectorType(number.type, _SIZE), ir.Undefined)
-    return _shuffle(builder, builder.insert_element(empty, number, _INDEX(0)), 0, 0, 0, 0)
+    """Return a vector of the same numbers."""
+    empty = ir.Constant(ir.VectorType(number.type, SIZE), ir.Undefined)
+    first = builder.insert_element(empty, number, _INDEX(0))
+    return _shuffled(builder, first, empty, (0,) * SIZE)
 
 
-def _pointer(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Return the address of a vector, for arguments that begin with array, row, n."""
-    array = context.make_array(signature.args[0])(context, builder, arguments[0])
-    row = builder.mul(arguments[1], builder.extract_value(array.strides, 0))
-    address = builder.gep(builder.bitcast(array.data, ir.IntType(8).as_pointer()), [row])
-    number = array.data.type.pointee
-    vectors = builder.bitcast(address, ir.VectorType(number, _SIZE).as_pointer())
-    return builder.gep(vectors, [ir.Constant(_INDEX, signature.args[2].literal_value)])
+def _transposed(builder: Any, vectors: Any) -> list[Any]:
+    """Return vectors of the first numbers of four vectors, of the second ones, and so on."""
+    a, b, c, d = vectors
+    halves = [
+        [_shuffled(builder, first, second, lanes) for first, second in ((a, b), (c, d))]
+        for lanes in (_LOW, _HIGH)
+    ]
+    return [
+        _shuffled(builder, first, second, lanes)
+        for first, second in halves
+        for lanes in (_FIRST, _SECOND)
+    ]
+
+
+def _address(context: Any, builder: Any, array: Any, value: Any, index: Any) -> Any:
+    """Return the address of numbers of a C-contiguous array, from one of all of them on."""
+    data = context.make_array(array)(context, builder, value).data
+    vector = ir.VectorType(data.type.pointee, SIZE)
+    return builder.bitcast(builder.gep(data, [index]), vector.as_pointer())
 
 
 def _alignment(array: Any) -> int:
     return int(array.dtype.bitwidth) // 8
 
 
-def _load(_: Any, array: Any, row: Any, n: Any) -> tuple[Any, _Generator]:
-    def generate(*given: Any) -> Any:
-        return given[1].load(_pointer(*given), align=_alignment(array))
-
-    return _Vector(array.dtype)(array, row, n), generate
-
-
-def _store(_: Any, array: Any, row: Any, n: Any, vector: Any) -> tuple[Any, _Generator]:
-    def generate(*given: Any) -> Any:
-        given[1].store(given[3][3], _pointer(*given), align=_alignment(array))
-        return given[0].get_dummy_value()
-
-    return types.void(array, row, n, vector), generate
-
-
-def _vector3(_: Any, x: Any, y: Any, z: Any) -> tuple[Any, _Generator]:
+def _load(_: Any, array: Any, index: Any) -> tuple[Any, _Generator]:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        vector = ir.Constant(ir.VectorType(arguments[0].type, _SIZE), [0.0] * _SIZE)
-        for lane, number in enumerate(arguments):
-            vector = builder.insert_element(vector, number, _INDEX(lane))
-        return vector
+        address = _address(context, builder, array, *arguments)
+        return builder.load(address, align=_alignment(array))
 
-    return _Vector(x)(x, y, z), generate
+    return _Vector(array.dtype)(array, index), generate
 
 
-def _number(_: Any, vector: Any, n: Any) -> tuple[Any, _Generator]:
+def _row_addresses(context: Any, builder: Any, signature: Any, arguments: Any) -> list[Any]:
+    """Return where rows are, for arguments that begin with array, indices, n."""
+    array, _, n = signature.args[:3]
+    offset = ir.Constant(ir.IntType(64), SIZE * n.literal_value)
+    return [
+        _address(context, builder, array, arguments[0], builder.add(index, offset))
+        for index in _tuple(builder, arguments[1])
+    ]
+
+
+def _gather(_: Any, array: Any, indices: Any, n: Any) -> tuple[Any, _Generator]:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_element(arguments[0], _INDEX(n.literal_value))
+        rows = [
+            builder.load(address, align=_alignment(array))
+            for address in _row_addresses(context, builder, signature, arguments)
+        ]
+        return context.make_tuple(builder, signature.return_type, _transposed(builder, rows))
 
-    return vector.element(vector, n), generate
+    result: Any = types.UniTuple(_Vector(array.dtype), SIZE)  # type: ignore[no-untyped-call]
+    return result(array, indices, n), generate
 
 
-def _dot(_: Any, first: Any, second: Any) -> tuple[Any, _Generator]:
+def _scatter(_: Any, array: Any, indices: Any, n: Any, vectors: Any) -> tuple[Any, _Generator]:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        products = builder.fmul(*arguments, flags=_FLAGS)
-        for lanes in ((2, 3, 0, 1), (1, 0, 3, 2)):
-            products = builder.fadd(products, _shuffle(builder, products, *lanes), flags=_FLAGS)
-        return builder.extract_element(products, _INDEX(0))
+        rows = _transposed(builder, _tuple(builder, arguments[3]))
+        addresses = _row_addresses(context, builder, signature, arguments)
+        for row, address in zip(rows, addresses, strict=True):
+            builder.store(row, address, align=_alignment(array))
+        return context.get_dummy_value()
 
-    return first.element(first, second), generate
+    return types.void(array, indices, n, vectors), generate
+
+
+def _filled_with(_: Any, number: Any) -> tuple[Any, _Generator]:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _filled(builder, arguments[0])
+
+    return _Vector(number)(number), generate
+
+
+def _chosen(comparison: str) -> Callable[..., tuple[Any, _Generator]]:
+    """Return the type of a function: of two vectors, the numbers that compare so, else others."""
+
+    def choose(_: Any, first: Any, second: Any) -> tuple[Any, _Generator]:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.select(builder.fcmp_ordered(comparison, *arguments), *arguments)
+
+        return first(first, second), generate
+
+    return choose
+
+
+def _where_positive(_: Any, first: Any, second: Any) -> tuple[Any, _Generator]:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        first, second = arguments
+        zero = ir.Constant(second.type, [0.0] * SIZE)
+        return builder.select(builder.fcmp_ordered('>', first, zero), second, zero)
+
+    return second(first, second), generate
+
+
+def _root(_: Any, vector: Any) -> tuple[Any, _Generator]:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        kind = arguments[0].type
+        name = f'llvm.sqrt.v{SIZE}{kind.element.intrinsic_name}'
+        function = ir.FunctionType(kind, [kind])
+        root = _function(builder.module, function, name)
+        return builder.call(root, arguments, fastmath=_FLAGS)
+
+    return vector(vector), generate
 
 
 def _add(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -115,6 +178,14 @@ def _add(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
 def _subtract(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return builder.fsub(*arguments, flags=_FLAGS)
+
+
+def _multiply(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return builder.fmul(*arguments, flags=_FLAGS)
+
+
+def _divide(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    return builder.fdiv(*arguments, flags=_FLAGS)
 
 
 def _scale(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -143,15 +214,26 @@ def _define(function: Any, left: type[types.Type], generate: _Generator) -> None
 
 _define(operator.add, _Vector, _add)
 _define(operator.sub, _Vector, _subtract)
+_define(operator.mul, _Vector, _multiply)
 _define(operator.mul, types.Float, _scale)
+_define(operator.truediv, _Vector, _divide)
 
-# load(array, row, n): numbers 4 n to 4 n + 3 of a row of a C-contiguous array, n a constant.
-load: Kernel = intrinsic(prefer_literal=True)(_load)
-# store(array, row, n, vector): write them.
-store: Kernel = intrinsic(prefer_literal=True)(_store)
-# vector3(x, y, z): these and 0.
-vector3: Kernel = intrinsic(_vector3)
-# number(vector, n): one of its numbers, n a constant.
-number: Kernel = intrinsic(prefer_literal=True)(_number)
-# dot(a, b): the sum of the products.
-dot: Kernel = intrinsic(_dot)
+# In what follows, arrays are C-contiguous, an index is one of all numbers of an array, and n is a
+# constant.
+
+# load(array, index): the numbers from an index on.
+load: Kernel = intrinsic(_load)
+# gather(array, indices, n): of rows that begin at four indices, the numbers 4 n to 4 n + 3; the
+# first ones as a vector, the second ones, and so on.
+gather: Kernel = intrinsic(prefer_literal=True)(_gather)
+# scatter(array, indices, n, vectors): write what `gather` returns.
+scatter: Kernel = intrinsic(prefer_literal=True)(_scatter)
+# filled(x): x in all lanes.
+filled: Kernel = intrinsic(_filled_with)
+# least(a, b), greatest(a, b): number by number; those of b where one of both is not a number.
+least: Kernel = intrinsic(_chosen('<'))
+greatest: Kernel = intrinsic(_chosen('>'))
+# where_positive(a, b): the numbers of b where those of a are positive, else 0.
+where_positive: Kernel = intrinsic(_where_positive)
+# root(a): the square roots.
+root: Kernel = intrinsic(_root)

@@ -10,7 +10,6 @@ from .sheet_contacts import (
     HARDNESS,
     INVERSE_MASSES,
     LACK,
-    LEAST,
     MASS,
     NORMAL,
     REST,
@@ -47,7 +46,7 @@ def _known(last, i, x, y, z):  # type: ignore[no-untyped-def]
 def _write_row(  # type: ignore[no-untyped-def]
     particles, rows, c, pairs, p, found, f, inverse_masses, supports, begin, stride, columns
 ):
-    """Write a contact, as a `SheetContacts` has it."""
+    """Write the numbers about a contact, in the order in which a `SheetContacts` has them."""
     number = rows.dtype.type
     c, p, f = np.uint64(c), np.uint64(p), np.uint64(f)
     nx, ny, nz, d, rest = found[f, 4], found[f, 5], found[f, 6], found[f, 7], found[f, 8]
@@ -67,10 +66,10 @@ def _write_row(  # type: ignore[no-untyped-def]
                 share = max(1.0 - into * into, 0.0)
         mass += share * w * inverse
         if n > 0:
-            rows[c, 4 * WEIGHTS + n] = number(w)
-        rows[c, 4 * INVERSE_MASSES + n] = number(inverse)
-    rows[c, 4 * NORMAL], rows[c, 4 * NORMAL + 1] = number(nx), number(ny)
-    rows[c, 4 * NORMAL + 2] = number(nz)  # and then 0
+            rows[c, WEIGHTS + n - 1] = number(w)
+        rows[c, INVERSE_MASSES + n] = number(inverse)
+    rows[c, NORMAL], rows[c, NORMAL + 1] = number(nx), number(ny)
+    rows[c, NORMAL + 2] = number(nz)
     rows[c, REST] = number(rest)
     rows[c, LACK] = number(max(rest - d, 0.0))
     rows[c, HARDNESS] = number(max(rest / max(d, _HARDEST * rest), 1.0))
@@ -124,8 +123,8 @@ def write_contacts(  # type: ignore[no-untyped-def]
     faces, last
         Scratch: shapes (n, FACES), (n, LAST).
     particles, rows
-        Receive the flat indices of four particles of each contact, and what a `SheetContacts` has
-        as its rows: no shorter than `found`.
+        Receive the flat indices of the particles of each contact, shape (n, CORNERS), and the
+        numbers about it, shape (n, ROW): no shorter than `found`.
 
     Returns
     -------
@@ -157,43 +156,3 @@ def write_contacts(  # type: ignore[no-untyped-def]
             )  # fmt: skip
             count += 1
     return count
-
-
-@exact
-def place_particles(  # type: ignore[no-untyped-def]
-    contacts, starts, supports, places, pairs, particles, firsts, out_supports
-):
-    """
-    List the particles in contact, in the order in which groups of contacts come to them.
-
-    Parameters
-    ----------
-    contacts, starts
-        Flat indices of four particles of each contact, shape (n, 4), and where groups of contacts
-        begin, shape (4,).
-    supports
-        From `find_supports`.
-    places
-        Scratch, by flat index.
-    pairs, particles, firsts, out_supports
-        Receive what a `SheetContacts` has as its pairs, particles, firsts and supports.
-
-    """
-    places[:] = -1
-    count = 0
-    for group in range(3):
-        firsts[group] = count
-        for contact in range(starts[group], starts[group + 1]):
-            c = np.uint64(contact)
-            for n in range(4):
-                i = np.uint64(contacts[c, n])
-                if places[i] < 0:
-                    places[i] = count
-                    p = np.uint64(count)
-                    particles[p] = i
-                    for axis in range(3):
-                        out_supports[p, axis] = supports[axis, i]
-                    out_supports[p, LEAST] = supports[3, i]
-                    count += 1
-                pairs[c, n] = places[i]
-    firsts[3] = count

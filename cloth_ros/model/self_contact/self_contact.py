@@ -23,8 +23,8 @@ from ..contact.surface import Surface
 from ..grid import Array, Grid
 from ..kernels.thread_pool import shared_thread_pool
 from ..state import State, max_speed
-from .contact_order import arrange
-from .contact_rows import FACES, LAST, place_particles, write_contacts
+from .contact_order import pack, write_packets
+from .contact_rows import FACES, LAST, write_contacts
 from .contact_search import FOUND, find_contacts
 from .intersections import check_free_of_intersections
 from .neighbours import Neighbours
@@ -32,7 +32,7 @@ from .pair_list import CHUNKS
 from .particle_arrays import load_start, load_vectors, store_positions
 from .path_search import find_blocked
 from .response import push_back, shorten
-from .sheet_contacts import PARTICLE, ROW, SUPPORT, SheetContacts
+from .sheet_contacts import CORNERS, LANES, PACKET, PARTICLE, ROW, SheetContacts
 from .supports import UNSUPPORTED, find_supports
 
 # Halvings of the paths of blocked pairs, after which they are not moved at all; and attempts after
@@ -105,15 +105,16 @@ class SelfContact:
         self._supports = grid.field(dtype, components=4)
         self._supports[3] = UNSUPPORTED
         self._supported: Array = np.zeros(0, np.int64)  # flat indices
-        self._places: Array = np.zeros(grid.size, np.int32)
         self._none = SheetContacts(
-            np.zeros((0, 4), np.uint32), np.zeros((0, ROW), dtype), np.zeros(4, np.int64),
-            np.zeros(number, np.uint32), np.zeros(4, np.int64),
-            np.zeros((number, PARTICLE), dtype), np.zeros((number, SUPPORT), dtype), friction,
+            np.zeros((0, CORNERS * LANES), np.uint32), np.zeros((0, PACKET), dtype),
+            np.zeros(4, np.int64), np.zeros(number, np.uint32), np.zeros(4, np.int64),
+            np.zeros((number + 1, PARTICLE), dtype), friction,
         )  # fmt: skip
         self.in_kernel = self._none
         self._room = self._none._replace(starts=self._none.starts.copy())
+        self._after, self._known = np.zeros((2, grid.size), np.int32)
         self._make_room(2 * CHUNKS * _LEAST_ROOM)
+        self._make_room_for_packets(_LEAST_ROOM)
         self._blocked_particles: Array = np.zeros((CHUNKS, 4), np.int64)
         self._blocked: Array = np.zeros((CHUNKS, FOUND))
         self.contacts, self.distance, self.touched, self.shortened = 0, math.inf, False, 0
@@ -213,28 +214,41 @@ class SelfContact:
             if 2 * CHUNKS * counts.max() <= len(self._found):
                 break
             self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
-        written = self._written
-        pairs, rows, starts, particles, firsts, _, supports, _ = self._room
         count = write_contacts(
             self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
-            self._supports, *self._layout, self._faces, self._last, *written,
+            self._supports, *self._layout, self._faces, self._last, *self._written,
         )  # fmt: skip
-        arrange(*written, count, self._divided, state.position, self._arranged, rows, starts)
-        place_particles(
-            self._arranged, starts, self._supports, self._places, pairs, particles, firsts,
-            supports,
+        if count > len(self._slots):
+            self._make_room_for_packets(int(_GROWTH * count))
+        places, rows, starts, particles, firsts, copies, _ = self._room
+        pack(
+            *self._written, count, self._divided, state.position, self._after, self._following,
+            self._filled, self._slots, starts,
+        )  # fmt: skip
+        write_packets(
+            *self._written, self._slots, starts, self._supports, self._known, places, rows,
+            particles, firsts, copies,
         )  # fmt: skip
         self.contacts, self.distance = count, float(least.min())
         self.in_kernel = self._room
 
     def _make_room(self, size: int) -> None:
-        """Make room for so many contacts."""
+        """Make room for so many contacts that are found."""
         self._found, self._found_pairs = np.zeros((size, FOUND)), np.zeros(size, np.int64)
-        contacts: Array = np.zeros((size, 4), np.int64)
-        rows: Array = np.zeros((size, ROW), self._dtype)
-        self._written, self._arranged = (contacts, rows), contacts.copy()
-        pairs: Array = np.zeros((size, 4), np.uint32)
-        self._room = self._room._replace(pairs=pairs, rows=rows.copy())
+        self._written: tuple[Array, Array] = (
+            np.zeros((size, CORNERS), np.int64),
+            np.zeros((size, ROW), self._dtype),
+        )
+
+    def _make_room_for_packets(self, size: int) -> None:
+        """Make room for packets of so many contacts, which may have none in common."""
+        self._slots: Array = np.zeros((size, LANES), np.int32)
+        self._following: Array = np.zeros(size + 1, np.int32)
+        self._filled: Array = np.zeros(size + 1, np.int32)
+        self._room = self._room._replace(
+            places=np.zeros((size, CORNERS * LANES), np.uint32),
+            rows=np.zeros((size, PACKET), self._dtype),
+        )
 
     # End of a part
 

@@ -20,8 +20,9 @@ substep, and accounts for.
 
 Normals and weights are those at the start of the part.
 
-A sweep is bound by the number of instructions.  So the particles in contact are copied, as vectors
-of four numbers, to an array of their own, in the order in which the contacts come to them.
+Contacts are treated four at a time, in packets: each lane of a vector is of another contact.
+Those of a packet share no particle, so that the result is that of one after the other.  The
+particles in contact are copied to an array of their own, in the order of the packets.
 """
 
 from __future__ import annotations
@@ -33,28 +34,40 @@ import numpy as np
 from ..contact.particle_contact import TURNED
 from ..grid import Array
 from ..kernels.jit import inlined
-from ..kernels.vector import dot, load, number, store, vector3
+from ..kernels.vector import (
+    SIZE,
+    filled,
+    gather,
+    greatest,
+    least,
+    load,
+    root,
+    scatter,
+    where_positive,
+)
 
-# Vectors of four numbers about a contact: whether a collider supports one of the particles, and
-# the weights of all but the first, which is minus their sum; the weights of all times their
-# inverse masses; the normal.
-WEIGHTS, INVERSE_MASSES, NORMAL = 0, 1, 2
-# Numbers about it, the first of these vectors and four more: the distance at rest, m, the mass of
-# the relative motion, by how much the distance is too small at the start of the part, m, and a
-# factor of what parts the features then.
-SUPPORTED, REST, MASS, LACK, HARDNESS, ROW = 0, 12, 13, 14, 15, 16
-# Vectors about a particle: position, velocity, that before the kick, and by how much a collider
-# changes the velocity.
-_POSITION, _VELOCITY, _FORMER, _LIFT = 0, 1, 2, 3
-# Their numbers, and those about what supports a particle: the normal, as a vector, and the least
-# velocity along it, m/s.
-PARTICLE, SUPPORT, LEAST = 16, 5, 4
+# Contacts in a packet, and particles in a contact.
+LANES, CORNERS = SIZE, 4
+# Numbers about a contact: the weights of all particles but the first, which is minus their sum;
+# the weights of all times their inverse masses; the normal; the distance at rest, m; the mass of
+# the relative motion; by how much the distance is too small at the start of the part, m; a factor
+# of what parts the features then; and 1 if a collider supports one of the particles.
+WEIGHTS, INVERSE_MASSES, NORMAL = 0, 3, 7
+REST, MASS, LACK, HARDNESS, SUPPORTED, ROW = 10, 11, 12, 13, 14, 15
+# Numbers about a packet: each of these of all its contacts, and the last one of any.
+PACKET = LANES * SUPPORTED + 1
+# Vectors about a particle: position before the drift, and 0; velocity, and by how much a collider
+# has changed it, along its normal, m/s; velocity before the kick, and 0; and the normal and the
+# least velocity along it, m/s, of a collider that supports the particle.
+_START, _VELOCITY, _FORMER, _SUPPORT = 0, 1, 2, 3
+# Their numbers.
+LIFT, SUPPORT, PARTICLE = SIZE * _VELOCITY + 3, SIZE * _SUPPORT, SIZE * (_SUPPORT + 1)
 # Time, s, in which what is missing is restored at the fastest; and the one whose inverse
 # square is the stiffness of the force that does, for a mass of 1.
 _RESTORING, _STIFFENING = 0.02, 1e-3
-# Length of a drift, s, below which nothing is foreseen in it; and the least speed, m/s, of what
-# slides.
-_SHORTEST, _SLOWEST = 1e-12, 1e-12
+# Length of a drift, s, below which nothing is foreseen in it; and the square of the least speed,
+# (m/s)², of what slides.
+_SHORTEST, _SLOWEST_SQUARED = 1e-12, 1e-24
 
 
 class SheetContacts(NamedTuple):
@@ -63,173 +76,237 @@ class SheetContacts(NamedTuple):
 
     Attributes
     ----------
-    pairs
-        Places of the four particles of each contact among the `particles`, uint32, shape (n, 4).
+    places
+        Where the particles of each packet are among all numbers of `copies`: the first one of each
+        contact, then the second, and so on; uint32, shape (n, CORNERS * LANES).
     rows
-        In the precision of the sheet, shape (n, ROW).
+        Numbers about each packet, in the precision of the sheet, shape (n, PACKET).
     starts
-        Where groups of contacts begin, of which the first two share no particle, and their number:
-        int64, shape (4,).
+        Where groups of packets begin, of which the first two share no particle, and the number of
+        packets: int64, shape (4,).
     particles
         Flat indices of those in contact, uint32, shape (m,).
     firsts
         Where those begin that are in each group, but in none before, and their number: int64,
         shape (4,).
     copies
-        Scratch: shape (m, PARTICLE).
-    supports
-        What supports these particles, shape (m, SUPPORT).
+        About these particles, shape (m + 1, PARTICLE); a sweep needs what supports them.  Lanes
+        without a contact have the last row, of zeros, as their particles, and zeros in `rows`.
     friction
         Coefficient.
 
     """
 
-    pairs: Array
+    places: Array
     rows: Array
     starts: Array
     particles: Array
     firsts: Array
     copies: Array
-    supports: Array
     friction: float
 
 
 @inlined
-def copy_particles(group, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
-    """Copy the particles of a group of contacts for its sweep."""
-    _, _, _, particles, firsts, copies, _, _ = contacts
-    zero = velocity.dtype.type(0)
+def copy_particles(group, length, position, velocity, former, contacts):  # type: ignore[no-untyped-def]
+    """Copy the particles of a group of packets for its sweep, after a drift for `length` s."""
+    _, _, _, particles, firsts, copies, _ = contacts
+    second, third = np.uint64(SIZE * _VELOCITY), np.uint64(SIZE * _FORMER)
     for place in range(firsts[group], firsts[group + 1]):
         p = np.uint64(place)
         i = np.uint64(particles[p])
-        store(copies, p, _POSITION, vector3(position[0, i], position[1, i], position[2, i]))
-        store(copies, p, _VELOCITY, vector3(velocity[0, i], velocity[1, i], velocity[2, i]))
-        store(copies, p, _FORMER, vector3(former[0, i], former[1, i], former[2, i]))
-        store(copies, p, _LIFT, vector3(zero, zero, zero))
+        for axis in range(np.uint64(3)):
+            copies[p, axis] = position[axis, i] - length * velocity[axis, i]
+            copies[p, second + axis] = velocity[axis, i]
+            copies[p, third + axis] = former[axis, i]
+        copies[p, np.uint64(LIFT)] = 0
 
 
 @inlined
-def write_back(group, position, velocity, contacts):  # type: ignore[no-untyped-def]
-    """Write back what `copy_particles` has copied."""
-    _, _, _, particles, firsts, copies, _, _ = contacts
+def write_back(group, length, position, velocity, contacts):  # type: ignore[no-untyped-def]
+    """Write new velocities, and positions as if they had changed before the drift."""
+    _, _, _, particles, firsts, copies, _ = contacts
+    second, fourth = np.uint64(SIZE * _VELOCITY), np.uint64(SUPPORT)
     for place in range(firsts[group], firsts[group + 1]):
         p = np.uint64(place)
         i = np.uint64(particles[p])
-        x, y, z, _ = _numbers(load(copies, p, _POSITION))
-        position[0, i], position[1, i], position[2, i] = x, y, z
-        x, y, z, _ = _numbers(load(copies, p, _VELOCITY))
-        velocity[0, i], velocity[1, i], velocity[2, i] = x, y, z
+        lift = copies[p, np.uint64(LIFT)]
+        for axis in range(np.uint64(3)):
+            changed = copies[p, second + axis]
+            position[axis, i] += length * (changed - velocity[axis, i])
+            # The collider itself does so in the next substep.
+            velocity[axis, i] = changed - lift * copies[p, fourth + axis]
 
 
 @inlined
-def _numbers(vector):  # type: ignore[no-untyped-def]
-    return number(vector, 0), number(vector, 1), number(vector, 2), number(vector, 3)
-
-
-@inlined
-def _load(copies, what, i, j, k, h):  # type: ignore[no-untyped-def]
-    """Return a vector of each particle of a contact."""
+def _corner(places, first):  # type: ignore[no-untyped-def]
+    """Return where one particle of each contact of a packet is."""
     return (
-        load(copies, i, what),
-        load(copies, j, what),
-        load(copies, k, what),
-        load(copies, h, what),
+        np.int64(places[first]),
+        np.int64(places[first + np.uint64(1)]),
+        np.int64(places[first + np.uint64(2)]),
+        np.int64(places[first + np.uint64(3)]),
     )
+
+
+@inlined
+def _load(copies, what, corners):  # type: ignore[no-untyped-def]
+    """Return a vector about each particle: components, of all contacts of a packet."""
+    i, j, k, h = corners
+    x, y, z, _ = gather(copies, i, what)
+    u, v, w, _ = gather(copies, j, what)
+    p, q, r, _ = gather(copies, k, what)
+    a, b, c, _ = gather(copies, h, what)
+    return (x, y, z), (u, v, w), (p, q, r), (a, b, c)
+
+
+@inlined
+def _add(first, second):  # type: ignore[no-untyped-def]
+    (x, y, z), (u, v, w) = first, second
+    return x + u, y + v, z + w
+
+
+@inlined
+def _scale(factor, vectors):  # type: ignore[no-untyped-def]
+    x, y, z = vectors
+    return factor * x, factor * y, factor * z
+
+
+@inlined
+def _dot(first, second):  # type: ignore[no-untyped-def]
+    (x, y, z), (u, v, w) = first, second
+    return x * u + y * v + z * w
 
 
 @inlined
 def _relative(weights, vectors):  # type: ignore[no-untyped-def]
-    """Return the difference of a vector between both points of a contact."""
-    first, second, third, fourth = vectors
+    """Return the difference of a vector between both points of each contact."""
+    a, b, c = weights
     # Differences from one particle: those of coordinates far from the origin are more exact.
+    (x, y, z), (u, v, w), (p, q, r), (k, m, n) = vectors
     return (
-        number(weights, 1) * (second - first)
-        + number(weights, 2) * (third - first)
-        + number(weights, 3) * (fourth - first)
+        a * (u - x) + b * (p - x) + c * (k - x),
+        a * (v - y) + b * (q - y) + c * (m - y),
+        a * (w - z) + b * (r - z) + c * (n - z),
     )
 
 
 @inlined
-def _push(copies, i, position, velocity, length, change):  # type: ignore[no-untyped-def]
-    """Change the velocity of a particle, before a drift that has been made."""
-    store(copies, i, _POSITION, position + length * change)
-    store(copies, i, _VELOCITY, velocity + change)
+def _push(copies, corner, velocity, change):  # type: ignore[no-untyped-def]
+    """Change the velocities of a particle of each contact."""
+    x, y, z = _add(velocity, change)
+    scatter(copies, corner, _VELOCITY, (x, y, z, filled(copies.dtype.type(0))))
 
 
 @inlined
-def _push_supported(copies, supports, i, position, velocity, length, change):  # type: ignore[no-untyped-def]
-    """Do the same where a collider keeps the particle from moving into it."""
-    velocity = velocity + change
-    normal, lift = load(supports, i, 0), load(copies, i, _LIFT)
-    lack = max(supports[i, LEAST] - dot(normal, velocity + lift), copies.dtype.type(0))
-    lifted = lack * normal
-    store(copies, i, _LIFT, lift + lifted)
-    store(copies, i, _POSITION, position + length * (change + lifted))
-    store(copies, i, _VELOCITY, velocity)
+def _push_supported(copies, corner, velocity, change, acting):  # type: ignore[no-untyped-def]
+    """Do the same where `acting` > 0, but colliders keep particles from moving into them."""
+    _, _, _, lift = gather(copies, corner, _VELOCITY)
+    x, y, z, slowest = gather(copies, corner, _SUPPORT)
+    changed = _add(velocity, change)
+    more = slowest - _dot((x, y, z), changed)
+    more = where_positive(acting, where_positive(more, more))
+    u, v, w = _add(changed, _scale(more, (x, y, z)))
+    scatter(copies, corner, _VELOCITY, (u, v, w, lift + more))
+
+
+@inlined
+def _impulses(rows, first, length, friction, normal, start, velocity, former):  # type: ignore[no-untyped-def]
+    """
+    Return a vector that is positive where a contact of a packet acts, and the impulses.
+
+    Parameters
+    ----------
+    rows, first
+        Where the packet begins among all numbers of the rows.
+    length
+        Of the drift that has been made, s.
+    friction
+        Coefficient.
+    normal, start, velocity, former
+        Normals, and differences between both points of each contact: of positions before the
+        drift, of velocities, and of those before the kick.
+
+    """
+    real = rows.dtype.type
+    zero, one = filled(real(0)), filled(real(1))
+    approach, restored = real(1) / max(length, real(_SHORTEST)), real(1) / real(_RESTORING)
+    stiffness = length / real(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
+    along, was = _dot(normal, velocity), _dot(normal, former)
+    # By how much the pair is too near before the drift, and too slow along the normal.
+    lack = load(rows, first + np.uint64(LANES * REST)) - _dot(normal, start)
+    parted = load(rows, first + np.uint64(LANES * HARDNESS)) * least(
+        greatest(lack, zero), load(rows, first + np.uint64(LANES * LACK))
+    )
+    force = stiffness * parted
+    aim = greatest(along + force, approach * least(lack, zero))
+    # No branch where nothing is missing: the processor could not predict it.
+    missing = greatest(least(aim, greatest(restored * parted, along)) - along, zero)
+    most = greatest(zero - along - greatest(was, zero), zero) + force
+    missing = least(most, missing)
+    sliding = _add(velocity, _scale(zero - along, normal))
+    squared = _dot(sliding, sliding)
+    # Friction stops the sliding, or is in proportion to the push.
+    mass = load(rows, first + np.uint64(LANES * MASS))
+    speed = root(greatest(squared, filled(real(_SLOWEST_SQUARED))))
+    share = mass * least(friction * missing / speed, one)
+    share = where_positive(_dot(former, sliding) + real(TURNED) * squared, share)
+    return missing, _add(_scale(mass * missing, normal), _scale(zero - share, sliding))
 
 
 @inlined
 def sweep(group, length, contacts):  # type: ignore[no-untyped-def]
     """
-    Stop what comes too near in a drift, and apply friction, in the copies of the particles.
+    Stop what comes too near in a drift, and apply friction: change the copies of velocities.
 
     Parameters
     ----------
     group
-        Of contacts, which are treated.
+        Of packets of contacts, which are treated.
     length
         Of the drift, s, in the precision of the sheet.
     contacts
         A `SheetContacts`.
 
     """
-    pairs, rows, starts, _, _, copies, supports, friction = contacts
-    real = copies.dtype.type
-    zero, one = real(0), real(1)
-    friction = real(friction)
-    approach, restored = one / max(length, real(_SHORTEST)), one / real(_RESTORING)
-    stiffness = length / real(_STIFFENING * _STIFFENING)  # for a mass of 1, times the kick
-    for contact in range(starts[group], starts[group + 1]):
-        c = np.uint64(contact)
-        i, j = np.uint64(pairs[c, 0]), np.uint64(pairs[c, 1])
-        k, h = np.uint64(pairs[c, 2]), np.uint64(pairs[c, 3])
-        normal, weights = load(rows, c, NORMAL), load(rows, c, WEIGHTS)
-        lifted = rows[c, SUPPORTED] > zero
-        velocities = _load(copies, _VELOCITY, i, j, k, h)
-        velocity = _relative(weights, velocities)
-        if lifted:
-            velocity = velocity + _relative(weights, _load(copies, _LIFT, i, j, k, h))
-        along = dot(normal, velocity)
-        # By how much the pair is too near before the drift, and too slow along the normal.
-        positions = _load(copies, _POSITION, i, j, k, h)
-        lack = rows[c, REST] + length * along - dot(normal, _relative(weights, positions))
-        parted = rows[c, HARDNESS] * min(max(lack, zero), rows[c, LACK])
-        force = stiffness * parted
-        aim = max(along + force, min(lack, zero) * approach)
-        missing = min(aim, max(restored * parted, along)) - along
-        if not missing > zero:
-            continue
-        former = _relative(weights, _load(copies, _FORMER, i, j, k, h))
-        was = dot(normal, former)
-        missing = min(missing, max(-along - max(was, zero), zero) + force)
-        sliding = velocity - along * normal
-        squared = dot(sliding, sliding)
-        # Friction stops the sliding, or is in proportion to the push.  Which of both is no branch:
-        # the processor could not predict it.
-        mass, most = rows[c, MASS], friction * missing
-        share = mass * min(most / max(np.sqrt(squared), real(_SLOWEST)), one)
-        share = share if dot(former, sliding) >= -real(TURNED) * squared else zero
-        impulse = (mass * missing) * normal - share * sliding
-        a, b, d, e = _numbers(load(rows, c, INVERSE_MASSES))
-        (p, q, r, s), (u, v, w, t) = positions, velocities
-        # One function for both would count the arrays that one of them uses, in each contact.
-        if lifted:
-            _push_supported(copies, supports, i, p, u, length, a * impulse)
-            _push_supported(copies, supports, j, q, v, length, b * impulse)
-            _push_supported(copies, supports, k, r, w, length, d * impulse)
-            _push_supported(copies, supports, h, s, t, length, e * impulse)
+    places, rows, starts, _, _, copies, friction = contacts
+    friction = copies.dtype.type(friction)
+    flat = places.reshape(-1)
+    for packet in range(starts[group], starts[group + 1]):
+        n = np.uint64(packet)
+        corner = n * np.uint64(CORNERS * LANES)
+        i, j = _corner(flat, corner), _corner(flat, corner + np.uint64(LANES))
+        k = _corner(flat, corner + np.uint64(2 * LANES))
+        h = _corner(flat, corner + np.uint64(3 * LANES))
+        corners = (i, j, k, h)
+        first = n * np.uint64(PACKET)
+        weights = (
+            load(rows, first), load(rows, first + np.uint64(LANES)),
+            load(rows, first + np.uint64(2 * LANES)),
+        )  # fmt: skip
+        direction = first + np.uint64(LANES * NORMAL)
+        normal = (
+            load(rows, direction), load(rows, direction + np.uint64(LANES)),
+            load(rows, direction + np.uint64(2 * LANES)),
+        )  # fmt: skip
+        velocities = _load(copies, _VELOCITY, corners)
+        acting, impulse = _impulses(
+            rows, first, length, friction, normal,
+            _relative(weights, _load(copies, _START, corners)), _relative(weights, velocities),
+            _relative(weights, _load(copies, _FORMER, corners)),
+        )  # fmt: skip
+        shares = first + np.uint64(LANES * INVERSE_MASSES)
+        a = _scale(load(rows, shares), impulse)
+        b = _scale(load(rows, shares + np.uint64(LANES)), impulse)
+        c = _scale(load(rows, shares + np.uint64(2 * LANES)), impulse)
+        d = _scale(load(rows, shares + np.uint64(3 * LANES)), impulse)
+        p, q, r, s = velocities
+        if rows[n, np.uint64(LANES * SUPPORTED)] > 0:
+            _push_supported(copies, i, p, a, acting)
+            _push_supported(copies, j, q, b, acting)
+            _push_supported(copies, k, r, c, acting)
+            _push_supported(copies, h, s, d, acting)
         else:
-            _push(copies, i, p, u, length, a * impulse)
-            _push(copies, j, q, v, length, b * impulse)
-            _push(copies, k, r, w, length, d * impulse)
-            _push(copies, h, s, t, length, e * impulse)
+            _push(copies, i, p, a)
+            _push(copies, j, q, b)
+            _push(copies, k, r, c)
+            _push(copies, h, s, d)
