@@ -81,6 +81,13 @@ class Grid:
         """Return a new flat array, shape (components, size), filled with `fill`."""
         return np.full((components, self.size), fill, dtype)
 
+    @property
+    def flat_indices(self) -> Array:
+        """Flat index of each particle, row by row: int64, shape (rows * columns,)."""
+        rows, columns = np.divmod(np.arange(self.rows * self.columns), self.columns)
+        result: Array = self.begin + rows * self.stride + columns
+        return result
+
     def interior(self, flat: Array) -> Array:
         """Return the view of the particles of a flat array, shape (..., rows, columns)."""
         shape = (*flat.shape[:-1], self.rows + 4, self.stride)

@@ -172,7 +172,7 @@ def write_packets(  # type: ignore[no-untyped-def]
                         p = np.uint64(count)
                         particles[p] = i
                         for axis in range(4):
-                            copies[p, np.uint64(SUPPORT + axis)] = supports[axis, i]
+                            copies[p, np.uint64(SUPPORT + axis)] = supports[i, np.uint64(axis)]
                         count += 1
                         known[i] = count
                     places[q, np.uint64(LANES * n + lane)] = PARTICLE * (known[i] - 1)

@@ -44,23 +44,22 @@ def _known(last, i, x, y, z):  # type: ignore[no-untyped-def]
 
 @exact_inlined
 def _write_row(  # type: ignore[no-untyped-def]
-    particles, rows, c, pairs, p, found, f, inverse_masses, supports, begin, stride, columns
+    particles, rows, c, found_particles, found, f, inverse_masses, supports, flat
 ):
     """Write the numbers about a contact, in the order in which a `SheetContacts` has them."""
     number = rows.dtype.type
-    c, p, f = np.uint64(c), np.uint64(p), np.uint64(f)
+    c, f = np.uint64(c), np.uint64(f)
     nx, ny, nz, d, rest = found[f, 4], found[f, 5], found[f, 6], found[f, 7], found[f, 8]
     mass, supported = 0.0, 0.0
     for n in range(4):
-        w, particle = found[f, n], np.int64(pairs[p, n])
-        flat = begin + particle // columns * stride + particle % columns
-        particles[c, n] = flat
-        inverse = w * inverse_masses[np.uint64(particle)]
+        w, particle = found[f, n], np.uint64(found_particles[f, n])
+        place = np.uint64(flat[particle])
+        particles[c, n] = place
+        inverse = w * inverse_masses[particle]
         share = 1.0
-        place = np.uint64(flat)
-        if supports[3, place] > UNSUPPORTED:
+        if supports[place, 3] > UNSUPPORTED:
             supported = 1.0
-            into = nx * supports[0, place] + ny * supports[1, place] + nz * supports[2, place]
+            into = nx * supports[place, 0] + ny * supports[place, 1] + nz * supports[place, 2]
             # It cannot be pushed into the collider.
             if w * into < 0.0:
                 share = max(1.0 - into * into, 0.0)
@@ -99,9 +98,8 @@ def _inside(found, f):  # type: ignore[no-untyped-def]
 
 @exact
 def write_contacts(  # type: ignore[no-untyped-def]
-    found, found_pairs, counts, pairs, inverse_masses, supports, begin, stride, columns, faces,
-    last, particles, rows,
-):  # fmt: skip
+    found, found_particles, counts, inverse_masses, supports, flat, faces, last, particles, rows
+):
     """
     Write the contacts of a part.
 
@@ -110,16 +108,14 @@ def write_contacts(  # type: ignore[no-untyped-def]
 
     Parameters
     ----------
-    found, found_pairs, counts
+    found, found_particles, counts
         From `find_contacts`.
-    pairs
-        Particles of each pair of the list, shape (m, 4).
     inverse_masses
         Of the particles, 0 for those that are held, shape (n,).
     supports
         From `find_supports`.
-    begin, stride, columns
-        Layout of flat arrays.
+    flat
+        Flat index of each particle.
     faces, last
         Scratch: shapes (n, FACES), (n, LAST).
     particles, rows
@@ -139,20 +135,18 @@ def write_contacts(  # type: ignore[no-untyped-def]
         for each in range(chunk * room, chunk * room + counts[chunk]):
             f = np.uint64(each)
             if _inside(found, f):
-                i = pairs[np.uint64(found_pairs[f]), 0]
+                i = found_particles[f, 0]
                 _faces(faces, i, found[f, 4], found[f, 5], found[f, 6], True)
     count = 0
     for chunk in range(2 * CHUNKS):
         for each in range(chunk * room, chunk * room + counts[chunk]):
             f = np.uint64(each)
-            p = np.uint64(found_pairs[f])
             if chunk < CHUNKS and not _inside(found, f):
-                i, x, y, z = pairs[p, 0], found[f, 4], found[f, 5], found[f, 6]
+                i, x, y, z = found_particles[f, 0], found[f, 4], found[f, 5], found[f, 6]
                 if _faces(faces, i, x, y, z, False) or _known(last, i, x, y, z):
                     continue
             _write_row(
-                particles, rows, count, pairs, p, found, f, inverse_masses, supports, begin,
-                stride, columns,
-            )  # fmt: skip
+                particles, rows, count, found_particles, found, f, inverse_masses, supports, flat
+            )
             count += 1
     return count

@@ -62,7 +62,7 @@ def least_of(distances, first, last):  # type: ignore[no-untyped-def]
 @exact_inlined
 def _find_in_group(  # type: ignore[no-untyped-def]
     g, edges, now, ahead, motions, pairs, normals, distances, groups, odometer, offset, reach,
-    near, rest, thickness, foreseen, columns, found, found_pairs, count, end,
+    near, rest, thickness, foreseen, columns, found, found_particles, count, end,
 ):  # fmt: skip
     """Append the pairs of a group that are in contact; return their number and least distance."""
     least = np.inf
@@ -115,7 +115,8 @@ def _find_in_group(  # type: ignore[no-untyped-def]
             found[f, 4], found[f, 5], found[f, 6] = nx, ny, nz
             found[f, 7] = d
             found[f, 8] = max(min(d, rest), _FOLDED * rest) if beside else rest
-            found_pairs[f] = pair
+            found_particles[f, 0], found_particles[f, 1] = i, j
+            found_particles[f, 2], found_particles[f, 3] = k, h
         count += 1
     return count, least
 
@@ -124,7 +125,7 @@ def _find_in_group(  # type: ignore[no-untyped-def]
 def find_contacts(  # type: ignore[no-untyped-def]
     notified, counters, thread, threads, now, ahead, motions, pairs, normals, distances, groups,
     nearest, vertices, offsets, odometers, motions_of_cells, thickness, foreseen, columns, found,
-    found_pairs, counts, least,
+    found_particles, counts, least,
 ):  # fmt: skip
     """
     Find the pairs of a pair list that are in contact.
@@ -157,9 +158,9 @@ def find_contacts(  # type: ignore[no-untyped-def]
         Of the sheet, and the longest approach that is foreseen, m.
     columns
         Of the sheet.
-    found, found_pairs
-        Receive numbers about each pair in contact, shape (2 * CHUNKS * r, FOUND), and its index:
-        r rows for each chunk of the list.  Those beyond its rows are counted only.
+    found, found_particles
+        Receive numbers about each pair in contact, shape (2 * CHUNKS * r, FOUND), and its
+        particles: r rows for each chunk of the list.  Those beyond its rows are counted only.
     counts, least
         Receive the number of pairs in each chunk, and their least distance, m, inf if there is
         none: shape (2 * CHUNKS,).
@@ -188,7 +189,7 @@ def find_contacts(  # type: ignore[no-untyped-def]
             count, d = _find_in_group(
                 g, edges, now, ahead, motions, pairs, normals, distances, groups, odometer,
                 offsets[a] + offsets[b], reach, near, rest, thickness, foreseen, columns, found,
-                found_pairs, count, begin + room,
+                found_particles, count, begin + room,
             )  # fmt: skip
             shortest = min(shortest, d)
             nearest[g] = least_of(distances, groups[g, 0], groups[g, 1])

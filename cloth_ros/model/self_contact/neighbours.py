@@ -84,6 +84,7 @@ class Neighbours:
         self._threads = threads
         rows, columns = self._size = (grid.rows, grid.columns)
         self._layout = (grid.begin, grid.stride, rows, columns)
+        self._flat_indices = grid.flat_indices
         self._reach, self._far = REACH * thickness, thickness + foreseen
         # Features that are two cells apart must be farther apart than those that are foreseen.
         self._flat = max(_FLAT * thickness, 0.5 * NEAREST * self._far)
@@ -286,11 +287,11 @@ class Neighbours:
         if not swept:
             self._paths[:] = 0.0
         if count:
-            load_vectors(now, *self._layout[:2], self._size[1], self._all, after)
+            load_vectors(now, self._flat_indices, self._all, after)
             start = after
             if swept:
                 start = self._points[0]
-                load_vectors(before, *self._layout[:2], self._size[1], self._all, start)
+                load_vectors(before, self._flat_indices, self._all, start)
             bound_features(start, after, *self._size, cells, self._bounded, self._boxes)
         allowed = self._margins[0] + self._moved[0]
 

@@ -4,29 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.jit import exact, exact_inlined
-
-
-@exact_inlined
-def _index(n, begin, stride, columns):  # type: ignore[no-untyped-def]
-    """Return the flat index of a particle."""
-    return begin + n // columns * stride + n % columns
+from ..kernels.jit import exact
 
 
 @exact
-def load_vectors(field, begin, stride, columns, chosen, vectors):  # type: ignore[no-untyped-def]
+def load_vectors(field, flat, chosen, vectors):  # type: ignore[no-untyped-def]
     """Copy the vectors of chosen particles of a flat array to an array of shape (n, 3)."""
     for n in chosen:
-        i = _index(n, begin, stride, columns)
+        i = np.uint64(flat[n])
         for axis in range(3):
             vectors[n, axis] = field[axis, i]
 
 
 @exact
 def load_start(  # type: ignore[no-untyped-def]
-    position, velocity, mobility, seconds, mean, begin, stride, columns, chosen, now, ahead,
-    motions, inverse_masses,
-):  # fmt: skip
+    position, velocity, mobility, seconds, mean, flat, chosen, now, ahead, motions, inverse_masses
+):
     """
     Copy what is known of chosen particles at the start of a part.
 
@@ -36,8 +29,8 @@ def load_start(  # type: ignore[no-untyped-def]
         Flat arrays, as in `State`.
     seconds, mean
         Duration of the part, and the mean velocity, m/s, shape (3,).
-    begin, stride, columns
-        Layout of flat arrays.
+    flat
+        Flat index of each particle.
     chosen
         Particles, by row and column.
     now, ahead, motions
@@ -48,7 +41,7 @@ def load_start(  # type: ignore[no-untyped-def]
 
     """
     for n in chosen:
-        i = _index(n, begin, stride, columns)
+        i = np.uint64(flat[n])
         squared = 0.0
         for axis in range(3):
             now[n, axis] = position[axis, i]
@@ -59,11 +52,11 @@ def load_start(  # type: ignore[no-untyped-def]
 
 
 @exact
-def store_positions(now, shifted, begin, stride, columns, position):  # type: ignore[no-untyped-def]
+def store_positions(now, shifted, flat, position):  # type: ignore[no-untyped-def]
     """Write back positions, m, of the particles that were shifted, and round the copies."""
     for n in range(len(now)):
         if shifted[n]:
-            i = _index(n, begin, stride, columns)
+            i = np.uint64(flat[n])
             for axis in range(3):
                 position[axis, i] = now[n, axis]
                 now[n, axis] = position[axis, i]

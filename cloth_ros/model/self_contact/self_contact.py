@@ -82,7 +82,7 @@ class SelfContact:
         sheet, parameters = scene.sheet, scene.self_contact
         self._dtype = dtype
         self._thickness, friction = parameters.thickness, parameters.friction
-        self._layout = (grid.begin, grid.stride, grid.columns)
+        self._flat, self._columns = grid.flat_indices, grid.columns
         # Longest motion in a part that is resolved, and in which contact is foreseen, m.
         self._farthest, self._foreseen = sheet.diagonal, 0.5 * sheet.shortest_spacing
         number = grid.rows * grid.columns
@@ -102,8 +102,9 @@ class SelfContact:
         self._reference = grid.field(dtype)
         self._moved: Array = np.zeros(number, dtype)
         self._former, self._passed = self._moved.copy(), np.zeros(number)
-        self._supports = grid.field(dtype, components=4)
-        self._supports[3] = UNSUPPORTED
+        # By flat index, as what follows.
+        self._supports: Array = np.zeros((grid.size, 4), dtype)
+        self._supports[:, 3] = UNSUPPORTED
         self._supported: Array = np.zeros(0, np.int64)  # flat indices
         self._none = SheetContacts(
             np.zeros((0, CORNERS * LANES), np.uint32), np.zeros((0, PACKET), dtype),
@@ -183,7 +184,7 @@ class SelfContact:
     def _load_start(self, state: State, seconds: float, position: Array) -> None:
         load_start(
             position, state.velocity, state.contact_mobility, seconds, self._neighbours.mean,
-            *self._layout, self._neighbours.list.used, self._before, self._ahead, self._motions,
+            self._flat, self._neighbours.list.used, self._before, self._ahead, self._motions,
             self._inverse_masses,
         )  # fmt: skip
 
@@ -194,13 +195,14 @@ class SelfContact:
 
     def _find_supports(self, state: State, surfaces: Sequence[Surface]) -> None:
         supports, former = self._supports, self._supported
-        supports[:, former], supports[3, former] = 0.0, UNSUPPORTED
+        supports[former] = 0.0, 0.0, 0.0, UNSUPPORTED
+        used = self._flat[self._neighbours.list.used]
         for each in surfaces:
             find_supports(
-                state.position, self._neighbours.list.used, each.rho, *self._layout, each.kind,
-                each.row, each.fields, _TOUCH * self._thickness, supports,
+                state.position, used, each.rho, each.kind, each.row, each.fields,
+                _TOUCH * self._thickness, supports,
             )  # fmt: skip
-        self._supported = np.flatnonzero(supports[3] > UNSUPPORTED) if surfaces else former[:0]
+        self._supported = np.flatnonzero(supports[:, 3] > UNSUPPORTED) if surfaces else former[:0]
 
     def _find_contacts(self, state: State) -> None:
         near, passed, moved = self._neighbours, self._passed, self._moved
@@ -209,14 +211,14 @@ class SelfContact:
             self._threads.run(
                 find_contacts, self._before, self._ahead, self._motions, *near.list.arrays,
                 passed - moved, passed + moved, near.ahead, self._thickness, self._foreseen,
-                self._layout[2], self._found, self._found_pairs, counts, least,
+                self._columns, self._found, self._found_particles, counts, least,
             )  # fmt: skip
             if 2 * CHUNKS * counts.max() <= len(self._found):
                 break
             self._make_room(2 * CHUNKS * int(_GROWTH * counts.max()))
         count = write_contacts(
-            self._found, self._found_pairs, counts, near.list.pairs, self._inverse_masses,
-            self._supports, *self._layout, self._faces, self._last, *self._written,
+            self._found, self._found_particles, counts, self._inverse_masses,
+            self._supports, self._flat, self._faces, self._last, *self._written,
         )  # fmt: skip
         if count > len(self._slots):
             self._make_room_for_packets(int(_GROWTH * count))
@@ -234,7 +236,8 @@ class SelfContact:
 
     def _make_room(self, size: int) -> None:
         """Make room for so many contacts that are found."""
-        self._found, self._found_pairs = np.zeros((size, FOUND)), np.zeros(size, np.int64)
+        self._found: Array = np.zeros((size, FOUND))
+        self._found_particles: Array = np.zeros((size, CORNERS), np.uint32)
         self._written: tuple[Array, Array] = (
             np.zeros((size, CORNERS), np.int64),
             np.zeros((size, ROW), self._dtype),
@@ -266,7 +269,7 @@ class SelfContact:
         if not near.list.empty:
             if new:  # pairs, of other particles
                 self._load_start(state, 0.0, self._start)
-            load_vectors(state.position, *self._layout, near.list.used, self._now)
+            load_vectors(state.position, self._flat, near.list.used, self._now)
             self._former[:] = self._moved
             self._follow(state.position, new=new)
             blocked = self._accept_paths(state)
@@ -304,11 +307,11 @@ class SelfContact:
                 state.position[...] = self._start
                 self._now[...] = self._before
                 self._shifted[self._neighbours.list.used] = True
-            store_positions(self._now, self._shifted, *self._layout, state.position)
+            store_positions(self._now, self._shifted, self._flat, state.position)
             new = self._neighbours.follow(self._start, state.position, self._farthest)
             if new:
                 self._load_start(state, 0.0, self._start)
-                load_vectors(state.position, *self._layout, self._neighbours.list.used, self._now)
+                load_vectors(state.position, self._flat, self._neighbours.list.used, self._now)
             self._follow(state.position, new=bool(new))
             count = self._find_blocked(again=not new)
             attempt += 1
@@ -345,7 +348,7 @@ class SelfContact:
             self._shifted,
         )  # fmt: skip
         shorten(self._now, self._now, 1.0, self._blocked_particles, 0, self._shifted)
-        store_positions(self._now, self._shifted, *self._layout, state.position)
+        store_positions(self._now, self._shifted, self._flat, state.position)
         self.check('positions', state.grid.interior(state.position))
         self.in_kernel, self._origin = self._none, None
 

@@ -40,11 +40,11 @@ class Pile:
         self.former = random.normal(size=(3, particles)).astype(np.float32)
         kick = random.normal(size=(3, particles))
         self.velocity = (self.former + 0.1 * kick).astype(np.float32)
-        self.supports = np.zeros((4, particles), np.float32)
-        self.supports[3] = -1e30
+        self.supports = np.zeros((particles, 4), np.float32)
+        self.supports[:, 3] = -np.inf
         if supported:
             chosen = random.random(particles) < 0.3
-            self.supports[:, chosen] = np.array([[0.0], [0.0], [1.0], [0.0]])
+            self.supports[chosen] = 0.0, 0.0, 1.0, 0.0
         every = np.tile(np.arange(particles), (count, 1))
         self.contacts = random.permuted(every, axis=1)[:, : layout.CORNERS]
         weights = random.random((count, 4)).astype(np.float32)
@@ -58,7 +58,7 @@ class Pile:
         self.rows[:, layout.MASS] = 1.0
         self.rows[:, layout.LACK] = random.choice([0.0, 0.03, 0.09], count)
         self.rows[:, layout.HARDNESS] = 1.0
-        touched = (self.supports[3][self.contacts] == 0.0).any(axis=1)
+        touched = (self.supports[self.contacts, 3] == 0.0).any(axis=1)
         self.rows[:, layout.SUPPORTED] = touched
 
     def packets(self, *, divided: bool) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
