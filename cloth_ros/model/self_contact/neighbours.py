@@ -39,6 +39,9 @@ _PARTS, _WIDER = 4, 2.0
 # Share by which particles may move faster in the next part; and of the speed in the last part that
 # a particle may have again in the next one.
 _MORE, _LATELY = 1.2, 0.9
+# Motion, in thicknesses, up to which the part after the next one is allowed for as well; lists for
+# two parts of fast motion would be too long.
+_FURTHER = 0.25
 # Share of the cells from which on all pairs are found anew; growth of the list from which on they
 # are; and groups by the number of cells up to which they are, which takes no longer.
 _WHOLE, _LONGER, _FEW = 0.5, 1.5, 1.0
@@ -93,7 +96,7 @@ class Neighbours:
         # Without layers, and with them.
         self._limits = np.multiply((_MARGINS, _MARGINS_IN_LAYERS), thickness)
         self._changes = np.multiply((*_CHANGES, _CHANGE_IN_LAYERS), room)
-        self._most_margin = _MOST_MARGIN * spacing
+        self._most_margin, self._further = _MOST_MARGIN * spacing, _FURTHER * thickness
         number = rows * columns
         self._blocks = Blocks(rows, columns, dtype)
         self._cells: Array = np.empty((_LEAST_ROOM, 2), np.int64)
@@ -265,7 +268,8 @@ class Neighbours:
 
     def _set_margins(self, renewed: Array) -> None:
         """Let the list stay complete for the chosen margins from where pairs were found."""
-        margins = self._chosen[0] + self._moved[0] + _MORE * self._more(self._lately)
+        more = _MORE * self._more(self._lately)
+        margins = self._chosen[0] + self._moved[0] + more + np.minimum(more, self._further)
         np.copyto(self._margins[0], margins, where=renewed)
         if self.whole:
             self._margins[1] = self._chosen[1]
