@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import Counter
 from functools import partial
 from typing import Any
@@ -188,8 +189,16 @@ class Invariants:
         )
 
 
-def check_run(run: Run, totals: Counter[str], most: float = math.inf) -> None:
-    """Advance a cloth as a run says and check it; close it after `most` batches of substeps."""
+def check_run(
+    run: Run, totals: Counter[str], most: float = math.inf, patience: float = math.inf
+) -> None:
+    """
+    Advance a cloth as a run says and check it.
+
+    Close it after `most` batches of substeps, or `patience` seconds: a small sphere in a cloth as
+    fast as a bullet takes hundreds of collision steps per substep.
+    """
+    end = time.monotonic() + patience
     cloth = run.cloth(energy_monitor=partial(CountingMonitor, totals=totals))
     invariants, batches, long = Invariants(cloth, totals), 0, False
     for step in run.steps:
@@ -200,7 +209,7 @@ def check_run(run: Run, totals: Counter[str], most: float = math.inf) -> None:
         advance = cloth.advance_stepwise(seconds)
         for _ in advance:
             batches += 1
-            if batches > most:
+            if batches > most or time.monotonic() > end:
                 advance.close()
                 long = True
         invariants.check(unknown_work=totals['unknown work'] > before, closed=long)

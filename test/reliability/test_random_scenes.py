@@ -186,7 +186,7 @@ def test_random_scenes(long, measured):
     @examples(1 if long else 0.3)
     @given(runs(varied=long))
     def check(run: Run) -> None:
-        check_run(run, totals, most)
+        check_run(run, totals, most, patience=6.0 if long else 2.0)
 
     check()
     counts = [*STARTS, 'advances', 'advances with a long fixed step', 'advances in free fall']

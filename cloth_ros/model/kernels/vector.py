@@ -34,7 +34,7 @@ _FIRST, _SECOND = (0, 1, 4, 5), (2, 3, 6, 7)
 
 _Generator = Callable[..., Any]
 
-# Not typed.
+# Functions of Numba that have no types.
 _tuple: Callable[..., Any] = cgutils.unpack_tuple
 _function: Callable[..., Any] = cgutils.get_or_insert_function
 
