@@ -192,8 +192,8 @@ def test_random_scenes(long, measured):
     counts = [*STARTS, 'advances', 'advances with a long fixed step', 'advances in free fall']
     counts += ['advances with unknown work', 'batches', 'refined', 'limited', 'damped', 'held']
     measured(
-        f'{totals["runs"]:,} scenes, {totals["runs closed"]} of them closed after {most:,} '
-        f'batches; {", ".join(f"{totals[name]:,} {name}" for name in counts)}; energy at most '
+        f'{totals["runs"]:,} scenes, {totals["runs closed"]} of them closed before their '
+        f'end; {", ".join(f"{totals[name]:,} {name}" for name in counts)}; energy at most '
         f'{100 * totals["share of the converted energy"]:.2g} % too much, with a long fixed step '
         f'{100 * totals["share of the energy that a fixed step allows"]:.2g} % of what it allows; '
         f'{totals["runs with colliders"]:,} scenes have colliders of all shapes'

@@ -141,7 +141,11 @@ def _filled_with(_: Any, number: Any) -> tuple[Any, _Generator]:
 
 
 def _chosen(comparison: str) -> Callable[..., tuple[Any, _Generator]]:
-    """Return the type of a function: of two vectors, the numbers that compare so, else others."""
+    """
+    Return what makes the code of a function of two vectors.
+
+    It returns the numbers of the first where they compare so with those of the second, else these.
+    """
 
     def choose(_: Any, first: Any, second: Any) -> tuple[Any, _Generator]:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
